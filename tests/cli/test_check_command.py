@@ -77,6 +77,9 @@ def test_what_cannot_be_checked_is_said_in_one_line(take: Path, capsys) -> None:
     """And leaves the results of an earlier check alone."""
     Path("folder.c3d").mkdir()
     Path("dump.bin").write_bytes(b"\0" * 64)
+    Path("loop.c3d").symlink_to("loop.c3d")
+    no_text = Path(os.fsdecode(b"a\xff.c3d"))
+    no_text.write_bytes(take.read_bytes())
     Path("file").touch()
     rows = "\n".join(f"{k / 100},1000.5,2000.5,3000.25" for k in range(20)) + "\n"
     Path("nameless.csv").write_text(rows)
@@ -97,7 +100,12 @@ def test_what_cannot_be_checked_is_said_in_one_line(take: Path, capsys) -> None:
         ): f"take.csv.gz: is not a C3D file: it looks like a gzip archive (unpack it); {READ}",
         ("nameless.csv", "--columns", "t A_x A_y A_z"): "nameless.csv: no column names the unit of"
         f" its coordinates: state it, m or mm{unit}",
+        (str(no_text),): "a\\udcff.c3d: its name is not UTF-8; rename it",
         ("none.c3d",): "none.c3d: no such file; expected a recording, as take.c3d",
+        ("loop.c3d",): "loop.c3d: no such file; expected a recording, as take.c3d",
+        ("~nobody at all/a.c3d",): "~nobody at all/a.c3d: no such file; expected a recording, as"
+        " take.c3d",
+        (9999 * "a",): None,
         ("folder.c3d", "metres.c3d"): None,  # an empty folder does not stop the others
         ("dump.bin",): "dump.bin: a dump needs --board board.csv, the places of its photodiodes",
         (
@@ -115,7 +123,8 @@ def test_what_cannot_be_checked_is_said_in_one_line(take: Path, capsys) -> None:
         (name, "--markers", "Head;Toe", "--output", "file"): "file: Not a directory; expected a"
         " folder to write to",
     }
-    ends = {"cut.c3d": "use what is there, add --accept-truncated, in make TRUNCATED=accept"}
+    ends = {9999 * "a": "no such file; expected a recording, as take.c3d"}
+    ends |= {"cut.c3d": "use what is there, add --accept-truncated, in make TRUNCATED=accept"}
     for arguments, message in cases.items():
         assert main.main(["check", *arguments]) == 1
         said = capsys.readouterr().err

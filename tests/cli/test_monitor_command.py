@@ -118,6 +118,7 @@ def test_what_is_refused_changes_nothing(
     exchanged = write_take(tmp_path / "exchanged.c3d", 7, labels="BA")
     hidden = write_take(tmp_path / "hidden.c3d", 8, seen=0.4)
     late = ("--date", "2026-03-05")
+    no_cell = "no cell of a sheet can hold its name; rename it"
     for path, options, words in (
         (tmp_path / "t1.c3d", late, "is the file of row 2"),
         (copy, late, "it is the same file as t1"),
@@ -131,6 +132,9 @@ def test_what_is_refused_changes_nothing(
         (exchanged, ("--date", "2999-03-05"), "its date is 2999-03-05, in the future"),
         (exchanged, late, "A, B stand where B, A stood in the take before"),
         (tmp_path / "none.c3d", late, "no such file"),
+        (tmp_path, late, "is not a file"),
+        (write_take(tmp_path / "a;b.c3d", 9), late, no_cell),
+        (write_take(tmp_path / "a\nb.c3d", 10), late, no_cell),
     ):
         assert run(path, *options) == 1
         said = [line for line in capsys.readouterr().err.splitlines() if words in line]
@@ -182,6 +186,28 @@ def test_a_sheet_that_was_edited(tmp_path: Path, run: Run) -> None:
     assert sheet.read_bytes().startswith(text.encode())
     assert sheet.read_bytes().count(b"\r\n") == 5
     assert state(tmp_path)["takes"] == 3
+
+
+@pytest.mark.parametrize(
+    ("column", "cell", "said"),
+    [
+        (
+            "frame_rate_hz",
+            "fifty",
+            'row 3, column frame_rate_hz: "fifty"; expected frames a second',
+        ),
+        ("unit", "cm", "t2.c3d: unit is 'cm', expected mm or m"),
+    ],
+)
+def test_cells_of_a_sheet_that_was_edited_wrongly(
+    tmp_path: Path, run: Run, capsys: pytest.CaptureFixture[str], column: str, cell: str, said: str
+) -> None:
+    grown(tmp_path, run, 1)
+    sheet = tmp_path / "hall/recordings.tsv"
+    head, row = sheet.read_text().splitlines()
+    sheet.write_text(f"{head}\t{column}\n{row}\t{cell}\n")
+    assert run(write_take(tmp_path / "t2.c3d", 2), "--date", "2026-03-02") == 1
+    assert said in capsys.readouterr().err.splitlines()[-1]
 
 
 def test_a_take_without_its_results_is_read_again(tmp_path: Path, run: Run) -> None:

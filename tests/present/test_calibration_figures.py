@@ -87,6 +87,14 @@ def test_paths_are_drawn_where_another_program_puts_them(moving, figure, title, 
         np.testing.assert_allclose(shown[known], truth[: known.sum()], atol=error)
 
 
+def test_the_path_of_a_network_is_the_whole_trajectory(moving):
+    network = dataclasses.replace(moving, pose=moving.pose | {"stations": {"3": {}, "12": {}}})
+    path, other = network.paths("batch", "estimated")
+    assert path is other
+    expected = np.column_stack([moving.poses[k] for k in ("time_s", "x_m", "y_m", "z_m")])
+    np.testing.assert_array_equal(np.column_stack([path.time_s, path.t_m]), expected)
+
+
 @pytest.mark.parametrize(("title", "i", "j"), [("(c) Slave", 0, 1), ("(d) Slave", 0, 2)])
 def test_ellipses_have_the_axes_of_the_covariance(moving, title, i, j):
     """Half axes of a 2 x 2 covariance in closed form, times the 95 % radius sqrt(-2 ln 0.05); the

@@ -95,6 +95,7 @@ def test_values_of_the_command_line(name: str, value: Any, expected: Any) -> Non
         ("recording", "x", "recording: unknown; did you mean recordings?"),
         ("n_sigma", 4, "n_sigma: unknown; did you mean hampel.n_sigma?"),
         ("xyz", 4, "xyz: unknown; expected one of recordings, calibrations, twins"),
+        ("allan__n_sigma", 4, "allan.n_sigma: unknown; did you mean hampel.n_sigma?"),
         ("hampel__nsigma", 4, "hampel.nsigma: unknown; did you mean n_sigma?"),
     ],
 )

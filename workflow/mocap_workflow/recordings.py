@@ -134,8 +134,8 @@ class RecordingRow(SheetRow):
     column_names: Annotated[
         str | None, Cell(".*[xX].*", "names of columns such as t x y z, or nothing")
     ] = None
-    """Names of the columns of a table (`.csv`, `.tsv`, `.txt`) that has none or wrong ones, in
-    their order: `t x y z qx qy qz qw` for TUM, `A_x A_y A_z B_x B_y B_z` for markers."""
+    """Names of the columns of a table (`.csv`, `.tsv`, `.txt`, `.tum`) that has none or wrong ones,
+    in their order: `t x y z qx qy qz qw` for TUM, `A_x A_y A_z B_x B_y B_z` for markers."""
     accept_truncated: Annotated[
         bool, Cell("accept", "accept or nothing"), BeforeValidator(bool)
     ] = Field(default=False, alias="truncated")

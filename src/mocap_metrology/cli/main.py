@@ -21,7 +21,7 @@ from typing import Any
 
 from mocap_metrology.cli import results
 from mocap_metrology.common.errors import Refusal, is_full
-from mocap_metrology.common.paths import exists, is_file
+from mocap_metrology.common.paths import exists, expanded, is_file, is_folder, real
 from mocap_metrology.lighthouse import RECORDING_FORMATS
 
 TEXTS = tomllib.loads(Path(__file__).with_name("help.toml").read_text(encoding="utf-8"))
@@ -166,12 +166,13 @@ def parser() -> argparse.ArgumentParser:
 def watch(options: argparse.Namespace) -> int:
     """Add a take to the folder of a facility; 1 if it was refused."""
     options.markers = [m for text in options.markers for m in text.split(";") if m.strip()]
-    folder, name = Path(options.folder).expanduser(), Path(options.file).name
+    folder, name = expanded(options.folder), Path(options.file).name
     results.tell(f"{name}: reading")
     from mocap_metrology.cli.monitor import add_take
     from mocap_metrology.common.faults import Faults
 
     try:
+        results.expect_text(Path(options.file), folder)
         return add_take(options)
     except (Refusal, Faults) as refusal:
         print(refusal, file=sys.stderr)
@@ -186,13 +187,14 @@ def check(options: argparse.Namespace) -> int:
     asked of it an answer."""
     once: dict[Path, Path] = {}
     for path in _recordings(options):
-        once.setdefault(path.resolve(), path)
+        once.setdefault(real(path), path)
     paths = list(once.values())
-    options.brief = len(paths) > 1 or paths[0] != Path(options.files[0]).expanduser()
+    options.brief = len(paths) > 1 or paths[0] != expanded(options.files[0])
     rows = []
     for number, (path, folder) in enumerate(results.folders_of(paths), start=1):
         if options.brief:
-            print(f"\n{number}/{len(paths)} {path}", file=sys.stderr, flush=True)
+            print(file=sys.stderr)
+            results.tell(f"{number}/{len(paths)} {path}")
         if options.output:
             folder = Path(options.output, folder.name if options.brief else "")
         rows.append((path, check_file(path, folder, options), str(folder)))
@@ -220,8 +222,8 @@ def _recordings(options: argparse.Namespace) -> Iterator[Path]:
     """The files, and those in folders whose suffix is that of a recording, with --board of a
     dump."""
     for text in options.files:
-        path = Path(text).expanduser()
-        if not path.is_dir():
+        path = expanded(text)
+        if not is_folder(path):
             yield path
             continue
         from mocap_metrology.io.read import FORMATS
@@ -233,20 +235,21 @@ def _recordings(options: argparse.Namespace) -> Iterator[Path]:
             if p.name.lower().endswith(endings) and not p.name.startswith(".")  # `._take.c3d`
         )
         if not inside:
-            print(f"{text}: no recording in this folder", file=sys.stderr)
+            results.tell(f"{text}: no recording in this folder")
         yield from inside or [path]
 
 
 def check_file(path: Path, folder: Path, options: argparse.Namespace) -> str:
     """The word of the verdict on one file, or that there is none; reports its faults, or a crash
     and where its traceback is."""
-    folder = folder.expanduser()
+    folder = expanded(folder)
     try:
         if not exists(path):
             raise Refusal(f"{path}: no such file; expected a recording, as take.c3d")
         results.tell(f"{path.name}: reading")
         if not is_file(path):
             raise Refusal(f"{path}: is not a file; expected a recording, as take.c3d")
+        results.expect_text(path, folder)
         if path.name.lower().endswith(DUMPS) and not options.board:
             options = argparse.Namespace(**vars(options) | {"board": _only_object(path)})
         return _verdict(path, folder, options)
@@ -254,7 +257,7 @@ def check_file(path: Path, folder: Path, options: argparse.Namespace) -> str:
         print(refusal, file=sys.stderr)
     except Exception as error:
         if is_full(error):
-            print(f"{folder}: {error.strerror}; no results were written", file=sys.stderr)
+            results.tell(f"{folder}: {error.strerror}; no results were written")
         else:
             crash = results.write_crash(error, folder, path.name)
             print(f"{crash}\nNo results were written", file=sys.stderr)

@@ -13,19 +13,21 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from datetime import datetime, timedelta
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from mocap_metrology.cli import recording as of_recording
 from mocap_metrology.cli import results
 from mocap_metrology.common import sheets
 from mocap_metrology.common.documents import load_yaml
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.common.faults import Faults
+from mocap_metrology.common.faults import Faults, quoted
 from mocap_metrology.common.files import sha256
-from mocap_metrology.common.paths import locked
+from mocap_metrology.common.paths import exists, expanded, is_file, locked
 from mocap_metrology.common.sheets import Line, parts_of
+from mocap_metrology.common.spreadsheet import number
 from mocap_metrology.io.labels import pair_of
 from mocap_metrology.io.recording import Recording
+from mocap_metrology.io.units import Unit
 from mocap_metrology.recording import analyse
 from mocap_metrology.recording.clean import Check, Entry, clean
 from mocap_metrology.recording.monitor import monitor, read_take, unfit, write_take
@@ -44,9 +46,10 @@ STATUS = {"alert": 3, "failure": 4}
 def add_take(options: argparse.Namespace) -> int:
     """Exit status of the command: 0, of an alert 3, of a failure 4."""
     of_recording.reuse_freed_memory()
-    folder, path = (Path(text).expanduser() for text in (options.folder, options.file))
-    if not path.is_file():
-        raise Refusal(f"{path}: no such file; expected a take, as take.c3d")
+    folder, path = (expanded(text) for text in (options.folder, options.file))
+    if not is_file(path):
+        what = "is not a file" if exists(path) else "no such file"
+        raise Refusal(f"{path}: {what}; expected a take, as take.c3d")
     try:
         with _exclusive_folder(folder):
             document = _add_take(Sheet(folder), path, options, _settings(folder))
@@ -233,24 +236,32 @@ def _line(sheet: Sheet, path: Path, options: argparse.Namespace) -> Line:
     beside = path.resolve()
     if beside.is_relative_to(sheet.folder.resolve()):
         beside = beside.relative_to(sheet.folder.resolve())
+    cell = beside.as_posix()
+    if parts_of(cell) != (cell,) or cell.splitlines() != [cell]:
+        raise Refusal(f"{path}: no cell of a sheet can hold its name; rename it")
     baseline = "restart" if options.restart else ""
-    cells |= {"recording": sheet.new_name(results.name_of(path), date), "path": beside.as_posix()}
+    cells |= {"recording": sheet.new_name(results.name_of(path), date), "path": cell}
     cells |= {"date": date, "monitor": name, "baseline": baseline}
-    number = sheet.raw.count(b"\n") + 1 if sheet.raw else 2
-    return Line(number, dict.fromkeys(COLUMNS, "") | cells)
+    row = sheet.raw.count(b"\n") + 1 if sheet.raw else 2
+    return Line(row, dict.fromkeys(COLUMNS, "") | cells)
 
 
 def _entry(sheet: Sheet, line: Line) -> tuple[Entry, list[tuple[str, str]] | None]:
     """What a row states of its recording, and its pairs."""
     cells = line.cells
     markers = [marker for marker in parts_of(cells["markers"]) if marker]
-    rate, unit = cells.get("frame_rate_hz", ""), cells.get("unit", "")
+    rate = cells.get("frame_rate_hz", "")
+    try:
+        hz = number(rate.replace(",", ".")) if rate else None
+    except ValueError:
+        cell = f"{sheet.path}, row {line.number}, column frame_rate_hz: {quoted(rate)}"
+        raise Refusal(f"{cell}; expected frames a second, as 100") from None
     entry = Entry(
         sheet.located(line),
         markers,
-        float(rate.replace(",", ".")) if rate else None,
+        hz,
         cells.get("truncated") == "accept",
-        "m" if unit == "m" else "mm" if unit == "mm" else None,
+        cast(Unit | None, cells.get("unit") or None),  # others are refused where a file is read
         column_names=cells.get("column_names") or None,
     )
     where = f"{sheet.path}, row {line.number}", "two markers of the row", "column pairs"

@@ -14,7 +14,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from mocap_metrology.common.errors import Refusal, one_line, printable
-from mocap_metrology.common.paths import exists, is_abandoned, locked
+from mocap_metrology.common.paths import exists, is_abandoned, locked, real
 
 CRASH = "crash.log"
 PART = ".part-"
@@ -49,6 +49,15 @@ def name_of(path: Path) -> str:
     return name if len(name) <= LONGEST else f"{name[:12].rstrip('-._')}-{digest}"
 
 
+def expect_text(*paths: Path) -> None:
+    """Refuse names that are no text, which no result could hold."""
+    for path in paths:
+        try:
+            str(path.absolute()).encode()
+        except UnicodeEncodeError:
+            raise Refusal(f"{path}: its name is not UTF-8; rename it") from None
+
+
 def _digest(text: str) -> str:
     return hashlib.sha256(text.encode("utf-8", "surrogateescape")).hexdigest()[:6]
 
@@ -63,7 +72,7 @@ def folders_of(paths: Sequence[Path]) -> list[tuple[Path, Path]]:
     one name, and a hash where this is one name, too."""
     folders = [folder_of(path) for path in paths]
     for name in (lambda path: path.parent.name, lambda path: _digest(str(path))):
-        longer = [path.with_name(f"{name(path.resolve())}-{path.name}") for path in paths]
+        longer = [path.with_name(f"{name(real(path))}-{path.name}") for path in paths]
         folders = [
             folder_of(path) if folders.count(folder) > 1 else folder
             for path, folder in zip(longer, folders, strict=True)

@@ -130,7 +130,7 @@ def _attribute(path: Path, name: str) -> bytes:
 
 def _folder_and_name(path: Path) -> bytes:
     """Name of a file with that of its folder."""
-    return "/".join(path.absolute().parts[-2:]).encode()
+    return os.fsencode("/".join(path.absolute().parts[-2:]))
 
 
 def verify(path: str | Path) -> None:

@@ -28,6 +28,28 @@ def is_file(path: str | Path) -> bool:
         return False
 
 
+def is_folder(path: str | Path) -> bool:
+    """Whether there is such a folder."""
+    try:
+        return Path(path).is_dir()
+    except OSError:
+        return False
+
+
+def expanded(path: str | Path) -> Path:
+    """A path with the home folder in the place of `~`, where there is one."""
+    with suppress(RuntimeError):
+        return Path(path).expanduser()
+    return Path(path)
+
+
+def real(path: Path) -> Path:
+    """A path without links; itself where links lead nowhere."""
+    with suppress(OSError, RuntimeError):
+        return path.resolve()
+    return path.absolute()
+
+
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
     """One process at a time in a folder, which is made where it is missing; without waiting where

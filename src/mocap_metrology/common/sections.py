@@ -215,7 +215,7 @@ def _fault(
 
 
 def _unknown_key(key: str, of: type[Section], whole: type[Section]) -> str:
-    if of is whole and closest_word(key, of.model_fields) is None:
+    if closest_word(key, of.model_fields) is None:
         inner = {name.rpartition(".")[2]: name for name, _ in fields(whole)}
         guess = closest_word(key, inner)
         if guess is not None:

@@ -320,8 +320,10 @@ def exclude_sentinels(
         zero = alike[k] & ~far & (xyz[0] == 0)
         for frames, said in ((far, "taken as missing"), (zero, "treated as measured")):
             if n := int(np.count_nonzero(frames)):
-                value = f"{xyz[0, frames][0] / mm_per_unit:.7g}"
-                notes.append(f"{file}: {label}: x = y = z = {value} in {n} frames, {said}")
+                values = np.unique(xyz[0, frames] / mm_per_unit + 0.0)[::-1]
+                written = " or ".join(f"{value:.7g}" for value in values[:3])
+                rest = " or another number" * (len(values) > 3)
+                notes.append(f"{file}: {label}: x = y = z = {written}{rest} in {n} frames, {said}")
         if far.any():
             count["sentinel"] = int(np.count_nonzero(far))
             xyz[:, far] = np.nan

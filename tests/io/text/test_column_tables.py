@@ -50,6 +50,14 @@ class TestMarkers:
         assert np.allclose(recording.position_mm, EXPECTED, atol=1e-9, rtol=0)
         assert recording.frame_rate_hz == 100 and recording.encoding == "table of markers"
 
+    @pytest.mark.parametrize(
+        ("unit", "mm"), [("in", 25.4), ("\u00b5m", 1e-3), ("CM", 10), ("m", 1000)]
+    )
+    def test_units_in_names(self, tmp_path, unit, mm):
+        text = markers("{0}_{1}_" + unit, TAKE / mm)
+        recording = read(make(tmp_path, "a.csv", text))
+        assert np.allclose(recording.position_mm, EXPECTED, atol=6e-7 * mm, rtol=0)
+
     @pytest.mark.parametrize("index", [None, "time", "Frame"])
     def test_as_pandas_writes_axes_under_labels(self, tmp_path, index):
         columns = pd.MultiIndex.from_product([LABELS, list("xyz")])
@@ -103,6 +111,7 @@ class TestMarkers:
         [
             ("B_z", "A_z", "line 1: columns 4 and 7 are both 'A_z'"),
             ("B_z", "time", "line 1: columns 1 and 7 are both 'time'"),
+            ("B_z", "A_z_cm", "line 1: columns 4 and 7 are the same coordinate, 'A_z' and"),
             ("time", "by hand\ntime", "line 1 is not understood before a table"),
             ("A_x,A_y,A_z,B_x,B_y,B_z", "gyr_x,gyr_y,gyr_z,x_dot,y_dot,z_dot",
              "line 1: no columns x, y, z of a marker"),

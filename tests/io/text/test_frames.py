@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from text_files import LABELS, WRITERS, make, motive, nexus, qualisys, read, still, trc
+from text_files import LABELS, WRITERS, make, motive, nexus, qualisys, read, still, table, trc
 
 from mocap_metrology.common.errors import Refusal, Truncated
 from mocap_metrology.common.files import sha256
@@ -185,3 +185,12 @@ def test_resolution_of_six_significant_digits_and_of_float32(tmp_path):
     recording = read(make(tmp_path, "a.trc", trc(LABELS, 100, single, "m", digits=24)))
     assert recording.resolution_kind == "float32"
     assert recording.resolution_mm == pytest.approx(1000 * 2.0**-23)  # spacing from 1 to 2
+
+
+@pytest.mark.parametrize(("digits", "frames"), [(2, 39), (5, 40)])
+def test_times_that_are_too_coarse_to_show_a_missing_frame(tmp_path, digits, frames):
+    lines = table(LABELS, 100, still(40), time_digits=digits).splitlines(keepends=True)
+    recording = read(make(tmp_path, "a.csv", "".join(lines[:20] + lines[21:])))
+    assert recording.position_mm.shape[2] == frames
+    said = [note for note in recording.notes if "frame would not be noticed" in note]
+    assert len(said) == (digits == 2), recording.notes

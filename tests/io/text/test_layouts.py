@@ -21,9 +21,10 @@ def test_one_number_far_from_a_marker_is_missing_and_near_it_is_measured(tmp_pat
     """Of a marker at 100, 200, 300 mm, and of the same one near that number."""
     away, near = TAKE.copy(), TAKE - TAKE[0, 0] + value
     away[4, 0] = near[4, 0] = value
-    said = f"A: x = y = z = {value} in 1 frames, taken as missing"
+    away[7, 0] = -99999
+    said = f"A: x = y = z = {value} or -99999 in 2 frames, taken as missing"
     assert said in str(read(make(tmp_path, "a.csv", kind(LABELS, 100, away))).notes)
-    away[4, 0] = np.nan
+    away[[4, 7], 0] = np.nan
     same(read(tmp_path / "a.csv"), away.transpose(1, 2, 0))
     same(read(make(tmp_path, "b.csv", kind(LABELS, 100, near))), near.transpose(1, 2, 0), 1e-6)
 

@@ -124,6 +124,7 @@ class TestRows:
             (b"\r\n \r\n", f"contains only white space, expected {what}"),
             (b"abc\0def", f"is not {what}: it looks like a binary format; {READ}"),
             (PLAIN[name].encode("utf-16"), "is UTF-16 text, expected UTF-8: save it as UTF-8"),
+            (PLAIN[name].encode("utf-32"), "is UTF-32 text, expected UTF-8: save it as UTF-8"),
             (
                 PLAIN[name].replace("\r\n", "\n").replace("\n", "\r").encode(),
                 "its lines end with CR alone, expected LF or CR LF",

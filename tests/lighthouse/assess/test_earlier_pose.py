@@ -84,8 +84,9 @@ def joint(t=T, effect=EFFECT, board="a", sd=(1e-3, 2e-4)):
 
 def test_errors_that_both_share_cancel(tmp_path):
     """3 mm along an error that makes 3 mm in each: invisible beside both covariances, clear
-    beside their noise, and so after being written and read."""
+    beside their noise, and so after being written, saved by an editor of Windows, and read."""
     write_json(tmp_path / "pose.json", content([joint()]))
+    (tmp_path / "pose.json").write_bytes(b"\xef\xbb\xbf" + (tmp_path / "pose.json").read_bytes())
     old = read_pose_json(tmp_path / "pose.json")
     new = content([joint(np.add(T, [0.003, 0.001, 0]))])
     found = compare_with_earlier(new, old)

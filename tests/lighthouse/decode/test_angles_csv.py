@@ -144,3 +144,17 @@ def test_bad_angles_of_the_second_generation(
 ) -> None:
     with pytest.raises(Refusal, match=message):
         decode(of_turns(tmp_path, change), "angles-csv", tmp_path / "board.csv")
+
+
+def test_counts_by_a_coarse_clock_and_of_two_recordings(tmp_path: Path) -> None:
+    """Times of whole milliseconds lose no turn; a second recording is none of the first."""
+    path = of_turns(tmp_path, kind="lfsr-counts")
+    head, *rows = path.read_text().splitlines()
+    cells = [row.split(",") for row in rows]
+    coarse = [",".join([f"{float(t):.3f}", *rest]) for t, *rest in cells]
+    path.write_text("\n".join([head, *coarse, ""]))
+    assert len(decode(path, "lfsr-counts", tmp_path / "board.csv").hits) == 2 * 2 * 40 * 6
+    other = [f"{float(t) + 0.005},{c},{d},{int(a) + 99},{int(b) + 99}" for t, c, d, a, b in cells]
+    path.write_text("\n".join([head, *rows, *other, ""]))
+    with pytest.raises(Refusal, match="480 of 960 rows have the turn and diode of another row"):
+        decode(path, "lfsr-counts", tmp_path / "board.csv")

@@ -159,6 +159,8 @@ def test_what_is_refused(tmp_path: Path, frames: tuple[np.ndarray, object]) -> N
         ("crazyflie-log", b"", "no sensor, basestation, offset"),
         ("crazyflie-log", _csv(rows[:0]), "no rows; expected one row per pulse"),
         ("crazyflie-log", _csv(rows).replace(b",161392,", b",161.392,"), "offset is 161.392"),
+        ("crazyflie-log", _csv(rows) + b"\n" + _csv(rows), "row 501: sensor is 'sensor'"),
+        ("crazyflie-log", log(np.tile(frames[0], (2, 1))), "goes back by 20 s in pulse"),
         ("crazyflie-log", log(rows * [1, 0, 1, 0, 1]), "no sweep with one channel"),
     ]
     for kind, data, message in cases:

@@ -23,7 +23,9 @@ TIME = re.compile(r"(%|__)?time|time[ _]?stamps?|elapsed[ _]time|t|secs?|seconds
 SECONDS = {"": 1.0, "s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 SECONDS |= {"msec": 1e-3, "milliseconds": 1e-3, "microseconds": 1e-6, "nanoseconds": 1e-9}
 BRACKETS = re.compile(r"(.*?)\s*[\[(]\s*([a-zA-Z].*?|)\s*[\])]")
-LENGTH = re.compile(r"(.*\b[xyzXYZ]\d*|.*_[xyzXYZ])(?:[_ ]|\s*/\s*)(mm|cm|m)")
+LENGTH = re.compile(
+    r"(.*\b[xyz]\d*|.*_[xyz])(?:[_ ]|\s*/\s*)(mm|cm|m|[u\u00b5\u03bc]m|in|inch|ft)", re.I
+)
 DURATION = re.compile(r"(t|time|time_?stamp)(?:_|\s*/\s*)(s|ms|us|ns)", re.I)
 INDEX = re.compile(r"(.*)\[([0-3])\]")
 BARE = {"x": ("", "x"), "y": ("", "y"), "z": ("", "z")}
@@ -73,7 +75,7 @@ def find_columns(names: Sequence[str], where: str) -> Columns | None:
     for place, name in enumerate(names):
         bare, unit = _unit_of(name)
         if (TIME.fullmatch(bare) or FRAME.fullmatch(bare)) and name in names[:place]:
-            raise _twice(where, names.index(name), place, name)
+            raise _twice(where, names, names.index(name), place)
         if TIME.fullmatch(bare) and unit.lower() in SECONDS:
             if time is None:
                 time, second = place, SECONDS[unit.lower()]
@@ -83,7 +85,7 @@ def find_columns(names: Sequence[str], where: str) -> Columns | None:
             label, axis = match
             group = groups.setdefault(label, {})
             if axis in group:
-                raise _twice(where, group[axis], place, name)
+                raise _twice(where, names, group[axis], place)
             group[axis] = place
             units += [unit] if unit else []
     positions, turns = _kinds(groups, where)
@@ -108,8 +110,10 @@ def find_columns(names: Sequence[str], where: str) -> Columns | None:
     )
 
 
-def _twice(where: str, first: int, second: int, name: str) -> Refusal:
-    return Refusal(f"{where}: columns {first + 1} and {second + 1} are both {name[:40]!r}")
+def _twice(where: str, names: Sequence[str], first: int, second: int) -> Refusal:
+    one, other = names[first][:40], names[second][:40]
+    what = f"both {one!r}" if one == other else f"the same coordinate, {one!r} and {other!r}"
+    return Refusal(f"{where}: columns {first + 1} and {second + 1} are {what}")
 
 
 def _unit_of(name: str) -> tuple[str, str]:

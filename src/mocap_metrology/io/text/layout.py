@@ -160,7 +160,8 @@ def check_text(path: Path, expected: str, read: str = READ) -> None:
         block = stream.read(4096).rstrip(END_OF_TEXT)
     half_empty = len(block) > 3 and any(block[:200:2]) != any(block[1:200:2])  # as of Latin letters
     if half_empty or block[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        raise Refusal(f"{path.name}: is UTF-16 text, expected UTF-8: save it as UTF-8")
+        wide = 32 if b"\0\0" in block[:8] else 16
+        raise Refusal(f"{path.name}: is UTF-{wide} text, expected UTF-8: save it as UTF-8")
     refuse_other(path, block, expected, read)
     if any(byte < 32 and byte not in b"\t\r\n\f" for byte in block):
         raise not_read(path.name, expected, "a binary format", read)

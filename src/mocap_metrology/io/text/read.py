@@ -139,7 +139,7 @@ def find_frames(layout: Layout, rows: Rows, rate: float, accept_truncated: bool)
     if rows.frame is not None:
         steps, first = _by_number(layout, rows.frame, notes)
     if rows.time is not None:
-        steps = _by_time(layout, rows, rows.time, steps, rate)
+        steps = _by_time(layout, rows, rows.time, steps, rate, notes)
     span = int(steps.sum()) + 1
     missing = span - rows.n
     if missing > LONGEST_GAP * rows.n:
@@ -187,7 +187,9 @@ def _by_number(layout: Layout, frame: Floats, notes: list[str]) -> tuple[Whole, 
     return steps, int(frame[0])
 
 
-def _by_time(layout: Layout, rows: Rows, time: Floats, steps: Whole, rate: float) -> Whole:
+def _by_time(
+    layout: Layout, rows: Rows, time: Floats, steps: Whole, rate: float, notes: list[str]
+) -> Whole:
     """Times against `steps` at `rate`; without frame numbers, steps by time."""
     there = np.isfinite(time)
     if len(steps) == 0 or not there.any():
@@ -205,6 +207,11 @@ def _by_time(layout: Layout, rows: Rows, time: Floats, steps: Whole, rate: float
     intervals = np.diff(time) * rate
     if rows.frame is None and rate * rounding < 0.25:
         steps = np.maximum(np.round(intervals), 1).astype(np.int64)
+    elif rows.frame is None:
+        notes.append(
+            f"its times have steps of {rounding:g} s, a frame lasts {1 / rate:.3g} s: a missing or"
+            " doubled frame would not be noticed"
+        )
     off = np.abs(intervals - steps) > 0.5 + rate * rounding
     mean = float(steps.sum()) / duration
     typical = np.median(steps) != 1 and rows.frame is None

@@ -36,7 +36,7 @@ DELIMITERS = ("\t", ";", ",", " ")
 MOST_LINES = 60  # before the numbers
 MOST_TITLES = 4  # of them without #
 ROWS = 10_000  # rows that give the frame rate
-SLOWEST_HZ = 1.0  # slower than any system: times in another unit than s
+SLOWEST_HZ = 1.0  # slower than any system: times in another unit than s, or a count of frames
 AXES = ("x", "y", "z")
 UNITS = {*MM, *SECONDS, "-"}
 PART_OF_TIME = re.compile("[mun]?(s|secs?)")
@@ -239,7 +239,7 @@ def _rate(
         )
     frames = np.maximum(np.round(steps / np.median(steps)), 1).sum()
     hz = float(f"{frames / (time[-1] - time[0]):.6g}")
-    if hz < SLOWEST_HZ and not re.search(r"[\[(_/]\s*s", names[place]):
+    if hz <= SLOWEST_HZ and not re.search(r"[\[(_/]\s*s", names[place]):
         meant = next((u for u in ("ms", "us", "ns") if hz >= SLOWEST_HZ * SECONDS[u]), "s")
         raise Refusal(
             f"{path.name}: its times in s would be a frame rate of {hz:g} Hz: name their unit, as"

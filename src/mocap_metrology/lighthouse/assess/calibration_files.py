@@ -256,9 +256,8 @@ class CalibrationFiles:
         trajectory and no such poses: shown are those of `paper-lm`, of any number of stations the
         trajectory."""
         if pose_file.is_network(self.pose):
-            rows = np.ones(len(self.poses.get("time_s", ())), np.bool_)
-            chosen = _path(self.poses, rows) if rows.sum() > 1 else None
-            return None if chosen is None else (chosen, chosen)
+            only = _path(self.poses, slice(None)) if len(self.poses.get("time_s", ())) > 1 else None
+            return None if only is None else (only, only)
         if estimator == "batch":
             estimator, optics = "paper-lm", "ideal" if optics == "estimated" else optics
         if not len(self.poses.get("time_s", ())):
@@ -320,7 +319,7 @@ def read_calibration(
     )
 
 
-def _path(poses: Mapping[str, np.ndarray], rows: np.ndarray) -> Path:
+def _path(poses: Mapping[str, np.ndarray], rows: np.ndarray | slice) -> Path:
     table = {key: np.asarray(values)[rows] for key, values in poses.items()}
     quaternion = np.column_stack([table[k] for k in ("qx", "qy", "qz", "qw")]).astype(np.float64)
     R = of_quaternions(quaternion) if len(quaternion) else np.zeros((0, 3, 3))

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mocap_metrology.common.documents import load_json
+from mocap_metrology.common.documents import load_json, text_of
 from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.common.types import Record, Row
 from mocap_metrology.lighthouse import rotation
@@ -218,9 +218,10 @@ def _add_for_later(entry: PoseEntry, pose: PoseEstimate) -> None:
 def read_pose_json(path: str | Path) -> PoseFile:
     """A pose.json as written by this project. Raises `Refusal` for anything else."""
     path = Path(path)
+    text = text_of(path, "a pose.json")
     try:
-        document: PoseFile = load_json(path.read_text(encoding="utf-8"))
-    except (OSError, *UNREADABLE) as error:
+        document: PoseFile = load_json(text)
+    except UNREADABLE as error:
         raise Refusal(f"{path.name}: cannot be read ({error}); expected a pose.json") from None
     try:
         names = tuple(document["stations"]) if is_network(document) else ROLES

@@ -31,6 +31,7 @@ WHOLE = (  # column, least and largest value, in words
 )
 OF_COUNTS = ("channel", 0, 15, "a whole number from 0"), WHOLE[2]
 FEWEST_SPACINGS = 10  # for a meaningful median
+MOST_REPEATED = 0.02  # of the rows of counts, as by reflections; of two recordings in one more
 LARGEST_RAD = np.pi / 2  # a sweep sees half a turn
 SWEEP_S = 1.2 * CYCLE_S  # all hits of a sweep lie within; logs round to 1 ms
 SPACING_S = (1.8 * CYCLE_S, 8.5 * CYCLE_S)  # of sweeps of one axis: each turn, or each other
@@ -94,7 +95,14 @@ def read_counts(path: str | Path) -> tuple[Hits, tuple[int, ...]]:
     channels = np.unique(channel).astype(int)
     time_s = columns["time_s"]
     n = len(table)
-    turn = np.floor(time_s / period - count[0] / COUNT_HZ / period)
+    turn = _turns(time_s - count[0] / COUNT_HZ, channel)
+    keys = np.stack([channel, turn, diode])
+    other = np.unique(np.vstack([keys, count]), axis=1).shape[1] - np.unique(keys, axis=1).shape[1]
+    if other > MOST_REPEATED * n:
+        raise Refusal(
+            f"{name}: {other} of {n} rows have the turn and diode of another row, but other counts;"
+            " expected one recording"
+        )
     hits = Hits.of(
         np.tile(np.searchsorted(channels, channel), 2),
         np.repeat([0, 1], n),
@@ -109,6 +117,17 @@ def read_counts(path: str | Path) -> tuple[Hits, tuple[int, ...]]:
     )
     first = first[inside[first]]
     return hits.take(first[np.argsort(hits.time_s[first])]), tuple(channels.tolist())
+
+
+def _turns(begin_s: np.ndarray, channel: np.ndarray) -> np.ndarray:
+    """Number (n,) of the turn of its channel that begins then, from 0; times may be coarse."""
+    turn = np.empty(begin_s.size)
+    for one in np.unique(channel):
+        rows = np.flatnonzero(channel == one)
+        rows = rows[np.argsort(begin_s[rows], kind="stable")]
+        steps = np.diff(begin_s[rows], prepend=begin_s[rows[0]]) / PERIOD_S[int(one)]
+        turn[rows] = np.cumsum(np.round(steps))
+    return turn
 
 
 def _table(path: str | Path, needed: tuple[str, ...], expected: str) -> pd.DataFrame:

@@ -37,6 +37,7 @@ RATE_HZ = 24_000_000
 FEWEST = 4  # frames in step
 MOST_WRAPS = 30  # 20 s without frames
 COUNTER = 1 << 24
+MOST_BACK_S = 1.0  # pulses may be a little out of order
 GAP_TICKS = 10_000  # between sweeps
 UNKNOWN = -1
 SENSORS = 4
@@ -136,6 +137,12 @@ def read_log(path: str | Path) -> Light:
     )
     if stamps[0] == STAMPS[1]:
         stamp = _unrolled(stamp)
+    back = np.diff(stamp, prepend=stamp[0]) / RATE_HZ
+    if (at := int(np.argmin(back))) and back[at] < -MOST_BACK_S:
+        raise Refusal(
+            f"{name}: {stamps[0]} goes back by {-back[at]:.3g} s in pulse {at + 1}; expected one"
+            " recording"
+        )
     channel = np.where(station == UNKNOWN_STATION, UNKNOWN, station)
     return _light(sensor, channel, offset, stamp, np.full(stamp.size, -1), [], name)
 
@@ -191,15 +198,17 @@ def _events(data: bytes, name: str) -> Mapping[str, np.ndarray]:
 
 def _table(path: str | Path, name: str) -> Mapping[str, np.ndarray]:
     expected = f"a log of the Crazyflie with event {EVENT}, or its columns as a CSV"
-    table = spreadsheet.columns(path, expected)
-    try:
-        return {
-            column: np.array([spreadsheet.number(cell) for cell in cells])
-            for column, cells in table.items()
-            if column in NEEDED + STAMPS
-        }
-    except ValueError as error:
-        raise Refusal(f"{name}: {error}; expected {expected}") from None
+    found = {}
+    for column, cells in spreadsheet.columns(path, expected).items():
+        values: list[float] = []
+        try:
+            if column in NEEDED + STAMPS:
+                values.extend(map(spreadsheet.number, cells))
+                found[column] = np.array(values)
+        except ValueError:
+            what = f"{column} is {cells[len(values)][:30]!r}; expected {expected}"
+            raise Refusal(f"{name}, row {len(values) + 1}: {what}") from None
+    return found
 
 
 def _light(

@@ -83,6 +83,7 @@ def read_libsurvive(path: str | Path, tracked_object: str) -> tuple[Pulses | Lig
     the object.
     """
     name = Path(path).name
+    tracked_object = tracked_object.encode("utf-8", "replace").decode()
     seen = _scan(path, tracked_object.encode())
     chosen = _object_name(seen, tracked_object)
     second = _check(seen, chosen, tracked_object, name)

@@ -223,12 +223,12 @@ def _dispersion(rows: np.ndarray) -> tuple[float, float]:
 
 def _baseline(avar: np.ndarray, size: int, breaks: Sequence[int], near: int) -> np.ndarray:
     baseline = np.zeros(avar.size)
-    for first, last in pairwise([0, *(at for at in breaks if at < avar.size), avar.size]):
+    for first, last in pairwise([0, *breaks, avar.size]):
         if np.isfinite(avar[first:last]).any():
-            start, stop = max(first - near, 0), min(last + near, avar.size)
-            part = _running_median(avar[first:last], size)
-            wider = np.pad(part, (first - start, stop - last), "edge")
-            baseline[start:stop] = np.maximum(baseline[start:stop], wider)
+            side = slice(max(first - near, 0), last + near)
+            part = np.pad(_running_median(avar[first:last], size), near, "edge")
+            part = part[max(near - first, 0) :][: baseline[side].size]
+            baseline[side] = np.maximum(baseline[side], part)
     return baseline
 
 

@@ -316,10 +316,9 @@ def _fits(
     if not shape.kinds <= {"drift"}:
         price = (len(columns) + shape.searched) * math.log(n)
         named = _by_parts(y, columns, spectrum) + price
-        for kinds, line, noise_alone in plain:
-            value = _by_parts(y, line, noise_alone) + (len(line) + 1) * math.log(n)
-            key = kinds, "louder"
-            fits[key] = min(least + value - named, fits.get(key, math.inf))
+        for kinds, line, alone in plain:
+            value = least - named + _by_parts(y, line, alone) + (len(line) + 1) * math.log(n)
+            fits[kinds, "louder"] = min(value, fits.get((kinds, "louder"), math.inf))
     if shape.separate:
         blocks, rows = _at_changes(z, k, shape)
         y, columns = (dst(np.diff(values), type=1, norm="ortho") for values in (blocks, rows))
@@ -335,9 +334,8 @@ def _by_parts(y: Floats, X: Floats, spectrum: Floats) -> float:
     is best by; of what is left of the whitened differences, in order of time."""
     from scipy.fft import dst
 
-    root, n = np.sqrt(spectrum), y.size
-    rows = dst(np.vstack([y, X]) / root, type=1, norm="ortho", axis=1)
-    found = []
+    rows = dst(np.vstack([y, X]) / np.sqrt(spectrum), type=1, norm="ortho", axis=1)
+    n, found = y.size, []
     for count in LOUDNESS:
         part, size = np.arange(n) * count // n, np.ones(n)
         for _ in range(2):
@@ -352,9 +350,8 @@ def _likeliest_sums(y: Floats) -> Floats:
     """Spectra (m, n) of a walk and a Gauss-Markov term of one T_c, of the sizes that are likeliest
     for (n,) values, and smaller, as a shape leaves less to them."""
     every = _sums(y.size)
-    flat = every.reshape(-1, y.size)
-    values = _bic(y, np.zeros((0, y.size)), 1 / flat, np.log(flat).sum(axis=1))
-    at, walk, term = np.unravel_index(int(np.argmin(values)), every.shape[:-1])
+    values = np.log(every).sum(axis=-1) + y.size * np.log(1 / every @ (y * y) / y.size)
+    at, walk, term = np.unravel_index(np.argmin(values), values.shape)
     near = every[at, max(walk - 2, 0) : walk + 1, max(term - 2, 0) : term + 1]
     return near.reshape(-1, y.size)
 

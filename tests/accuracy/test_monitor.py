@@ -68,6 +68,33 @@ def test_a_shift_alarms_at_once_and_fails_at_the_second_take() -> None:
     assert [word for word, _ in words(found)[-4:]] == ["pass", "alert", "failure", "failure"]
 
 
+def test_every_second_take_beyond_the_tolerance_is_a_failure() -> None:
+    x = np.random.default_rng(4).normal(0, 0.1, 22)
+    x[12::2] += 1
+    said = words(of(x))
+    assert [word for word, _ in said[12:17]] == ["alert", "pass", "alert", "pass", "failure"]
+    assert [since for _, since in said[16:]] == [12] * 6
+
+
+def test_what_came_back_has_not_moved() -> None:
+    """A summer of 0.4 mm, within the tolerance, is noted while it lasts, and not for months."""
+    x = np.random.default_rng(4).normal(0, 0.05, 60)
+    x[15:35] += 0.4
+    found = of(x)
+    assert found.cusum[39] > LIMITS.cusum
+    assert found.drifting[25:35].all() and not found.drifting[39:].any()
+
+
+def test_an_unchanged_baseline_has_no_change_within() -> None:
+    """Of 300, of a scatter that is stated, and of one four times as large; a step of 1 mm in its
+    middle is always found."""
+    rng = np.random.default_rng(6)
+    for scatter in (0.1, 0.4):
+        assert sum(bool(of(x).parted[-1]) for x in rng.normal(0, scatter, (300, 11))) <= 6
+    for x in rng.normal(0, 0.1, (30, 11)):
+        assert of(x + (np.arange(11) >= 4)).parted[-1] == pytest.approx(1, abs=0.3)
+
+
 def test_a_take_beyond_the_tolerance_is_not_learnt() -> None:
     x = np.random.default_rng(5).normal(0, 0.1, 15)
     x[6] = 2.0

@@ -123,6 +123,35 @@ def test_takes_that_are_left_out(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("undrawn")
+@pytest.mark.parametrize("at", [3, 4, 5])
+def test_a_step_within_the_baseline_is_said(tmp_path: Path, at: int) -> None:
+    """Its mean is of neither place, and its scatter hides as much later: nothing is called valid
+    before a new baseline."""
+    every = takes(jump_mm=1, at=at)
+    said = monitor("hall", rows()[:15], every, Settings(), tmp_path)
+    assert (said["word"], said["valid"]) == ("note", None)
+    (changed,) = [one for one in said["findings"] if one["code"] == "place_changed"]
+    assert changed["value"] == pytest.approx(1, abs=0.2)
+    assert "Place x changed by" in said["line"] and "baseline was learnt" in said["line"]
+    assert "within the tolerance" not in said["line"]
+    again = monitor("hall", rows(restart=at)[:15], every, Settings(), tmp_path)
+    assert (again["word"], again["valid"]) == ("pass", True)
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_values_that_repeat_are_no_take(tmp_path: Path) -> None:
+    """A take exported twice, and a stream that stands still, would be as the baseline for ever."""
+    every = takes()
+    every["t4"]["take"] = every["t3"]["take"]
+    every["t6"]["take"]["jitters_mm"] = {"A": 0.02, "B": 0.0}
+    said = monitor("hall", rows()[:8], every, Settings(), tmp_path)
+    why = {one["recording"]: one["why"] for one in said["left_out"]}
+    assert why.keys() == {"t4", "t6"}
+    assert "the very places of t3" in why["t4"]
+    assert "no value of B changes" in why["t6"]
+
+
+@pytest.mark.usefixtures("undrawn")
 def test_labels_that_were_exchanged_are_left_out_until_a_restart(tmp_path: Path) -> None:
     """Neither the mean place of the markers nor their distance shows them."""
     every = takes()

@@ -21,6 +21,7 @@ LEARNT, SETTLED = 5, 10  # takes of a baseline: below it is learning, provisiona
 PRIOR_DF = 4  # degrees of freedom of the scatter that is stated
 LEAST = 3.5  # s_p: the smallest tolerance that a series which is not capable can be watched for
 CAPABLE = 0.5  # s_p by which the tolerance of a series that is may be below that
+OFTEN = 3, 6  # values beyond the tolerance, of so many running, that make a series not valid
 FEW = 6  # series together of which this holds
 ONE_SIDED = 1.645  # 95 % of a normal distribution lies below
 CELLS = 250  # of the Markov chain
@@ -102,7 +103,8 @@ class Chart:
     which takes it consists; tolerance; least: tolerance in s_p that can be watched; q: of the take
     against the baseline; cusum: the larger of both sides; since: first value of its run; shift:
     mean from there on minus that of the baseline; learning; beyond: the tolerance; unusual: by Q;
-    drifting: by CUSUM and shift.
+    drifting: by CUSUM, shift and the mean of the last five values of its run; parted: change within
+    the baseline, 0 where it has none.
     """
 
     value: Floats
@@ -120,6 +122,7 @@ class Chart:
     beyond: np.ndarray
     unusual: np.ndarray
     drifting: np.ndarray
+    parted: Floats
 
     @property
     def capable(self) -> np.ndarray:
@@ -143,22 +146,23 @@ ORDER = ("failure", "alert", "note", "learning", "provisional", "pass", "")  # t
 def words(charted: Chart) -> list[tuple[str, int | None]]:
     """Word of each value, and since which one the series is not valid (None: it is).
 
-    One value beyond the tolerance is an alert, the second running a failure; then two running
-    inside make the series valid again, and the first of them is an alert still.
+    One value beyond the tolerance is an alert, the second running or the third of six a failure;
+    then two running inside make the series valid again, and the first of them is an alert still.
     """
     said: list[tuple[str, int | None]] = []
     since: int | None = None
     for k in range(charted.value.size):
         again = k > 0 and charted.beyond[k] == charted.beyond[k - 1]
-        if charted.beyond[k] and again and since is None:
-            since = k - 1
+        recent = np.flatnonzero(charted.beyond[: k + 1][-OFTEN[1] :]) - min(OFTEN[1] - 1, k) + k
+        if charted.beyond[k] and since is None and (again or recent.size >= OFTEN[0]):
+            since = k - 1 if again else int(recent[0])
         elif since is not None and not charted.beyond[k] and again:
             since = None
         if charted.beyond[k] or since is not None:
             word = "failure" if charted.beyond[k] and since is not None else "alert"
         elif charted.learning[k]:
             word = "learning"
-        elif charted.unusual[k] or charted.drifting[k]:
+        elif charted.unusual[k] or charted.drifting[k] or charted.parted[k]:
             word = "note"
         else:
             word = "provisional" if charted.n_baseline[k] < SETTLED else "pass"
@@ -203,6 +207,9 @@ def chart(
     length = np.arange(x.size) + 1 - since
     recent = (total[1:] - total[since]) / length + x[:1].sum()
     shift = np.where(learning, np.nan, recent - mean)
+    few = np.minimum(length, LEARNT)  # what came back has not moved
+    latest = (total[1:] - total[np.arange(x.size) + 1 - few]) / few + x[:1].sum() - mean
+    moved = (np.abs(shift) > tolerance / 2) & (np.copysign(1, shift) * latest > tolerance / 4)
     q = np.where(learning, np.nan, _self_starting_q(x, m, mean, spread))
     beyond = ~learning & (np.abs(x - mean) > _allowed_distance(m, tolerance, scatter, least))
     return Chart(
@@ -220,8 +227,34 @@ def chart(
         learning,
         beyond,
         np.abs(q) > limit.q,
-        (cusum > limit.cusum) & (np.abs(shift) > tolerance / 2),
+        (cusum > limit.cusum) & moved,
+        np.where(learning, 0.0, _parted(x, baseline, m, watched, limit)),
     )
+
+
+def _parted(
+    x: Floats, chosen: np.ndarray, m: np.ndarray, watched: WatchLimits, limit: Limits
+) -> Floats:
+    """(n,) largest change within the chosen values before each, of the means of two or more before
+    and after some place, where it is beyond the tolerance, or 3.5 standard errors; else 0."""
+    found = np.zeros(x.size)
+    for k in np.flatnonzero(m >= LEARNT):
+        if m[k] == m[k - 1]:
+            found[k] = found[k - 1]
+            continue
+        known = x[:k][chosen[:k]] - x[0]
+        at, n = np.arange(2, known.size - 1), known.size
+        first, total = np.cumsum(known)[at - 1], known.sum()
+        change = (total - first) / (n - at) - first / at
+        rest = known @ known - first**2 / at - (total - first) ** 2 / (n - at)
+        mean, dof = np.full(at.size, total / n + x[0]), np.full(at.size, n - 1)
+        spread = np.sqrt(np.maximum(rest, 0) / (n - 2))
+        tolerance, scatter = _widths(dof, mean, spread, watched)
+        error = scatter * np.sqrt(1 / at + 1 / (n - at))
+        reach = np.maximum(tolerance, limit.least(dof) * error) + ONE_SIDED * error
+        change = np.where(np.abs(change) > reach, change, 0.0)
+        found[k] = change[np.argmax(np.abs(change))]
+    return found
 
 
 def _earlier_moments(x: Floats, chosen: np.ndarray) -> tuple[np.ndarray, Floats, Floats]:

@@ -69,13 +69,14 @@ def document(
     dates = [takes[start + first].date for first in wrong.values()]
     findings = [finding for one in judged for finding in _findings(one)]
     findings.sort(key=lambda one: one["code"] == "not_capable")  # last
-    valid = None if word == "learning" else not wrong
+    parted = any(one["case"] == "parted" for one in findings)
+    valid = None if word == "learning" or (parted and not wrong) else not wrong
     learnt = set().union(*(one.at[one.chart.baseline].tolist() for one in judged))
     days = len({takes[start + k].date[:10] for k in learnt})
     how: dict[str, Any] = {"m": len(learnt) if word == "learning" else m, "days": days}
     how |= {"learnt": LEARNT, "settled": SETTLED}
     how |= {"named": any(take.baseline == "yes" for take in takes[start:])}
-    how |= {"trend": any(one["code"] == "trend" for one in findings)}
+    how |= {"trend": any(one["code"] == "trend" for one in findings), "parted": parted}
     beyond = [one.series for one in judged if one.chart.beyond[-1]]
     key = "back" if word == "alert" and wrong and not beyond else word or "learning"
     at_fault = [one.series for one in judged_all if one.series.name in wrong] or beyond
@@ -193,7 +194,9 @@ def _findings(one: Judged) -> list[dict[str, Any]]:
         n = chart.value.size - int(chart.since[-1])
         moved = _change(sizes["shift"], unit)
         find("trend", "trend", sizes["shift"], none, change=moved, n=n)
-    if not chart.capable[-1]:
+    if chart.parted[-1]:
+        find(series.code, "parted", sizes["parted"], none, change=_change(sizes["parted"], unit))
+    elif not chart.capable[-1]:
         least, limit = (_change(sizes[name], unit, False) for name in ("least", "tolerance"))
         find("not_capable", "not_capable", sizes["least"], none, least=least, tolerance=limit)
     return findings

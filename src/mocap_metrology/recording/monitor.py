@@ -126,8 +126,8 @@ def exchanged(before: Mapping[str, Any], take: Mapping[str, Any]) -> str:
 
 
 def unfit(take: Mapping[str, Any], first: dict[tuple[str, ...], str]) -> str:
-    """Why a take cannot be used, or nothing; first: recording of the checksums that were seen, to
-    which its own are added."""
+    """Why a take cannot be used, or nothing; first: recording of the checksums and numbers
+    that were seen, to which its own are added."""
     if take["moving"]:
         return "its markers move; expected the same object at rest in the same place"
     seen = take.get("seen") or {"": 1.0}
@@ -135,6 +135,13 @@ def unfit(take: Mapping[str, Any], first: dict[tuple[str, ...], str]) -> str:
     if seen[least] < LEAST_SEEN:
         share = f"{100 * seen[least]:.0f} %"
         return f"{least} is seen in {share} of the frames; expected half of them or more"
-    sums = tuple(take["sha256"])
-    known = first.setdefault(sums, take["recording"]) if sums else take["recording"]
-    return "" if known == take["recording"] else f"it is the same file as {known}"
+    told = take.get("take", {"jitters_mm": {}, "places_mm": {}})
+    if stuck := [label for label, jitter in told["jitters_mm"].items() if jitter == 0]:
+        return f"no value of {', '.join(stuck)} changes from frame to frame; expected measured ones"
+    places = tuple(f"{value:.6f}" for xyz in told["places_mm"].values() for value in xyz)
+    same = {"it is the same file as": tuple(take["sha256"]), "it has the very places of": places}
+    for why, key in same.items():
+        known = first.setdefault(key, take["recording"]) if key else take["recording"]
+        if known != take["recording"]:
+            return f"{why} {known}"
+    return ""

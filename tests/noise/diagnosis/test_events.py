@@ -106,6 +106,16 @@ def test_noise_that_doubles_after_a_crump_is_said_to():
     assert (crump.outcome, change.outcome, change.of) == ("once", "level changed", 1)
 
 
+def test_windows_of_the_louder_side_of_a_change_are_no_bursts():
+    """Beside a median of both sides some of them would be, by chance; the level is said."""
+    for seed in (2, 11):
+        rng = np.random.default_rng(seed)
+        x = 0.02 * rng.standard_normal((6, 26_400)) * np.where(np.arange(26_400) > 17_160, 2.4, 1)
+        x[3] += 500
+        (event,) = events_of(x)
+        assert (event.kind, event.time_s) == ("level", pytest.approx(143, abs=10))
+
+
 @pytest.mark.parametrize(
     ("kind", "interval", "of", "outcome", "after", "matters"),
     [

@@ -110,6 +110,23 @@ def test_a_line_is_named_where_its_slope_is_all_the_movement(detected, named) ->
     assert one.allows("drift") is named and one.undecided is not named
 
 
+def test_a_walk_and_correlated_noise_are_no_step() -> None:
+    """Neither alone explains both, and a step beside one of them would."""
+    n, rng = 4000, np.random.default_rng(7)
+    y = rng.normal(0, 0.01, n) + gauss_markov(2.6, 0.02)(rng, n, 10.0)
+    found = signature(y + np.cumsum(rng.normal(0, 0.05 / math.sqrt(n), n)), 10.0, 7)
+    assert found is not None and not found.kinds
+
+
+def test_a_change_over_a_long_gap_is_not_at_once() -> None:
+    """What is missing for 80 blocks may have moved in any way."""
+    x = noise(2) + np.where(T > 400, 0.06, 0)
+    assert signature(x, RATE).kinds == ("step",)
+    x[(T > 320) & (T < 400)] = np.nan
+    found = signature(x, RATE)
+    assert not found.kinds and found.undecided
+
+
 def fading(rng: np.random.Generator, constant_s: float) -> np.ndarray:
     """Two steps of 0.05 mm that begin with 0.15 mm."""
     since = [np.maximum(T - at, 0) for at in rng.uniform((50, 400), (450, 800))]

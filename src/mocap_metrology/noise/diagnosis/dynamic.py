@@ -21,7 +21,9 @@ no event lasts for half of a recording; x is divided by what they hold.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -33,6 +35,7 @@ LONGEST_S = 0.5  # longest averaging time: slower events hide in slow noise
 WINDOW_S = 1.0  # and at least
 WINDOW_TAUS = 8  # averaging times long, and
 WINDOW_FRAMES = 64  # frames
+NEAR_S = 20.0  # from a change of level, whose time is known within ten seconds
 STEPS = 4  # differences a tau
 FEWEST = 8  # windows of a baseline, at least
 SPECTRA = 4096  # windows of a spectrum, at most
@@ -92,13 +95,16 @@ def dynamic_allan(
     rate_hz: float,
     resolution: float = 0.0,
     baseline_s: float = 300.0,
+    breaks_s: Sequence[float] = (),
 ) -> list[Dynamic]:
     """Dynamic Allan variances of a series (n,), NaN in gaps, at all `scales` that have enough
     windows.
 
     baseline_s: length of the running median the windows are compared with, so that a change that
-    lasts for more than half of it is a new baseline and no event. resolution: step of the stored
-    values, whose variance is the least baseline.
+    lasts for more than half of it is a new baseline and no event. breaks_s: times at which the
+    level of the noise becomes another at once: each side has a baseline of its own, and near them
+    the larger one counts. resolution: step of the stored values, whose variance is the least
+    baseline.
     """
     valid = np.isfinite(series)
     if not valid.any():
@@ -119,7 +125,9 @@ def dynamic_allan(
             continue
         edf, kappa = _dispersion(rows)
         hop_s = scale.window / 2 / rate_hz
-        baseline = _running_median(avar, max(round(baseline_s / hop_s), FEWEST))
+        reach = max(round(baseline_s / hop_s), FEWEST)
+        breaks = [round(at / hop_s) for at in breaks_s]
+        baseline = _baseline(avar, reach, breaks, round(NEAR_S / hop_s))
         baseline = baseline / max(1 - 2 / (9 * edf), 0.5) ** 3  # a chi-squared's median and mean
         baseline = np.maximum(baseline, resolution**2 / 12 / scale.m)
         x = _surprise(avar, baseline, share, edf, kappa)
@@ -211,6 +219,17 @@ def _dispersion(rows: np.ndarray) -> tuple[float, float]:
     if not total > 0:
         return 1.0, 1.0
     return float(total**2 / np.sum(circle**2)), float(circle.max() / total)
+
+
+def _baseline(avar: np.ndarray, size: int, breaks: Sequence[int], near: int) -> np.ndarray:
+    baseline = np.zeros(avar.size)
+    for first, last in pairwise([0, *breaks, avar.size]):
+        if np.isfinite(avar[first:last]).any():
+            side = slice(max(first - near, 0), last + near)
+            part = np.pad(_running_median(avar[first:last], size), near, "edge")
+            part = part[max(near - first, 0) :][: baseline[side].size]
+            baseline[side] = np.maximum(baseline[side], part)
+    return baseline
 
 
 def _running_median(avar: np.ndarray, size: int) -> np.ndarray:

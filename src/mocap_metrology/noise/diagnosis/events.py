@@ -285,11 +285,12 @@ def _likeness(values: np.ndarray, part: list[Alarm], rate_hz: float) -> tuple[fl
     before, within, after = np.split(near, [first - start, last - start])
     count = [max(side.size // max(within.size, 1), 1) for side in (before, after)]  # as long
     alone = [*np.array_split(before, count[0]), *np.array_split(after, count[1])]
+    alone = [one for one in alone if one.size > max(map(len, alone)) / 2]  # short ones tell little
     usual = np.median([_power(one) for one in alone if one.size > 1] or [np.zeros(2)], axis=0)
-    of_event, beside = _power(within), max(before.size + after.size, 1)
+    of_event, beside = _power(within), max(sum(map(len, alone)), 1)
     scatter = math.sqrt(3 / max(within.size, 1) + 3 / beside)
     white = float(of_event[1] * usual[0] / max(usual[1] * of_event[0], 1e-300))  # of that beside it
-    moved = white < min(LIKE_NOISE, 1 - SURE / math.sqrt(max(within.size, 1)))
+    moved = white < min(LIKE_NOISE, 1 - SURE * math.sqrt(1 / max(within.size, 1) + 1 / beside))
     return white, moved, bool(np.any(of_event > (1 + SURE * scatter) * usual))
 
 
@@ -374,12 +375,4 @@ def find_events(
         levels_s = [e.time_s for e in events if e.kind == "level" or e.level_changed]
         how = levels, out_of, side_s, levels_s, SIDES_MISS / max(len(levels) * len(events), 1)
         events = [with_sides(event, *how) for event in events]
-    return sorted(map(_of_level, events), key=lambda e: e.time_s)
-
-
-def _of_level(event: Event) -> Event:
-    """A change of level in place of a burst that left no shift and is not much louder than what is
-    after it."""
-    side, shifted = event.most_changed, abs(event.shift_mm) > SURE * event.shift_error
-    louder = side is None or side.ratio**2 < event.ratio / 2
-    return event if shifted or louder or math.isnan(event.level_s) else event.of_level()
+    return sorted(events, key=lambda e: e.time_s)

@@ -145,14 +145,19 @@ def search_events(
             blocks_of, variance=blocks_of.variance + np.nan
         ) if hidden else blocks_of
 
-    series = all_series(drawn, pairs)
-
     def dynamic(one: tuple[str, np.ndarray]) -> tuple[str, list[Dynamic]]:
-        return one[0], dynamic_allan(one[1], rate_hz, max(step, own_step(one[1])))
+        least = max(step, own_step(one[1]))
+        return one[0], dynamic_allan(one[1], rate_hz, least, breaks_s=breaks_s)
 
-    dynamics = dict(over(dynamic, series))
+    breaks_s: list[float] = []
     levels = dict(over(level, quiet.items()))
-    return find_events(dynamics, levels, quiet, rate_hz, false_alarm, side_s), dynamics, levels
+    while True:  # again beside changes of level, as windows of the louder side are no bursts
+        dynamics = dict(over(dynamic, all_series(drawn, pairs)))
+        events = find_events(dynamics, levels, quiet, rate_hz, false_alarm, side_s)
+        found_s = sorted(e.level_s for e in events if not math.isnan(e.level_s))
+        if breaks_s or not found_s:
+            return events, dynamics, levels
+        breaks_s = found_s
 
 
 def _recurring(

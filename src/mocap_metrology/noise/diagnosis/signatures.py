@@ -1,9 +1,11 @@
 """What kind of slow wander is it? A kind is named only where the data exclude every other.
 
 Block means z of a series (1000 at most) are explained by a shape (`shapes`) and a noise: white, or
-with a walk, flicker, or a Gauss-Markov term of at most a tenth of the recording; with one of a
-quarter of a block, which is no slow wander; steeper ones, f^-2.5 and f^-3, alone. Any other curve,
-of many cosines, bends or steps, is a shape, too, so that it is not taken for noise.
+with a walk, flicker, or a Gauss-Markov term of at most a tenth of the recording, or a walk and such
+a term; with one of a quarter of a block, which is no slow wander; steeper ones, f^-2.5 and f^-3,
+alone. Any other curve, of many cosines, bends or steps, is a shape, too, so that it is not taken
+for noise. A shape must also be better than noise alone where the size of both noises may differ
+between parts of the recording (`_by_parts`).
 
 Differences d of neighbouring block means have, for all these noises, a covariance that the discrete
 sine transform makes diagonal, but for the ends of the recording: at f_k = k / 2 (n + 1) cycles a
@@ -47,6 +49,7 @@ FEW_BLOCKS, BLOCK_S = 100, 1.0  # at least, of a short recording; what is faster
 RATIOS = np.geomspace(1e-4, 1e3, 29)  # of slow noise to white noise in differences of blocks
 STEEP = 2.5, 3.0  # exponents of steeper noise than a walk
 LONGEST, SHARES = 0.1, 5  # of T_c of a Gauss-Markov term, from one block to this of all
+LOUDNESS = 1, 2, 4, 8  # parts of a recording, in each of which noise has a size of its own
 SLOWEST = 30  # coefficients that show whether noise is bounded
 WHITE, GAUSSIAN = 1.95, 8.0  # Kolmogorov's statistic; standard errors of the kurtosis
 KINDS = (
@@ -179,13 +182,14 @@ def signature(series: np.ndarray, frame_rate_hz: float, n_series: int = 1) -> Wa
     near = [key for key, value in best.items() if value < excluded]
     near += [(frozenset(), "white")] if none else []
     sure = frozenset.intersection(*(kinds for kinds, _ in near))
-    noises = {kind: v for (kinds, kind), v in best.items() if kinds == sure & {"drift"}}
+    alone = {key: v for key, v in best.items() if key[1] != "louder"}
+    noises = {kind: v for (kinds, kind), v in alone.items() if kinds == sure & {"drift"}}
     noise = min(noises, key=lambda kind: noises[kind])
     slow = all(noise not in FAST for _, noise in near)
     slow = slow and any(kinds <= {"drift"} for kinds, _ in near)  # else it may be of a shape
     straight = any("drift" in kinds and not kinds & OTHER for kinds, _ in near)
     sure = sure - (set() if straight else {"drift"}) if white else frozenset()
-    rival = min(value for other, value in noises.items() if other != noise)
+    rival = min(value for other, value in noises.items() if other not in (noise, "sum"))
     sure_walk = noise != "random_walk" or rival > noises[noise] - 2 * math.log(WALK)
     noise = noise if slow and gaussian and sure_walk else ""
     block_s = length / frame_rate_hz
@@ -196,6 +200,7 @@ def signature(series: np.ndarray, frame_rate_hz: float, n_series: int = 1) -> Wa
     sure -= set() if gaussian else {"shift", "cycle"}  # as heavy tails, switches may be
     sure -= {"warm_up"} if shape.kinds >= LAWLESS else set()  # a constant is of one approach
     unsure = shape.separate and abs(shape.size(solved)) < SIZED * fitted.errors[shape.main]
+    unsure |= shape.separate and any(k[int(a)] - k[int(a) - 1] > MOST_FREE + 1 for a in shape.at)
     if unsure or (not gaussian and all(noise not in FAST for _, noise in near)):
         sure -= AT_ONCE  # which what it consists of may be, if it adds up
     span_s = (k[-1] - k[0]) * block_s
@@ -204,7 +209,7 @@ def signature(series: np.ndarray, frame_rate_hz: float, n_series: int = 1) -> Wa
     for named, part in PARTS.items():
         sure -= part if named in sure else set()
     jumps = shape.jumps(solved) if sure & AT_ONCE else []
-    alone = len(jumps) == len(at) == (2 if "shift" in sure else 1)
+    single = len(jumps) == len(at) == (2 if "shift" in sure else 1)
     possible = tuple(dict.fromkeys(k for kinds, _ in near for k in sorted(kinds)))
     possible = () if none else possible or (() if noise or not slow else ("noise",))
     tenth, few = max(z.size // 10, 1), max(z.size // 50, 1)
@@ -221,7 +226,7 @@ def signature(series: np.ndarray, frame_rate_hz: float, n_series: int = 1) -> Wa
         tuple((float(begun[place]) * block_s, size) for place, size in jumps),
         np.array([(k + 0.5) * block_s, shape.curve(solved)]) if jumps else None,
         shape.moved(solved),
-        float(fitted.errors[shape.main]) if alone else math.nan,
+        float(fitted.errors[shape.main]) if single else math.nan,
         (float(solved[0]) / span_s, float(fitted.errors[0]) / span_s) if shape.line else NONE,
         _slowest(z) if slow and noise in ("", "random_walk") else None,
     )
@@ -286,12 +291,15 @@ def _fits(
     for noise, spectra in _noises(n).items():  # a shape leaves less to the noise
         alone = _bic(y, np.zeros((0, n)), 1 / spectra, np.log(spectra).sum(axis=1))
         likely[noise] = spectra[: int(np.argmin(alone)) + 2]
+    likely |= {"sum": _likeliest_sums(y), "steep": likely.pop("steep")}
     every = [one for shape in shapes(z, k) for one in (shape, on_line(shape, k)) if one]
     fits: dict[tuple[frozenset[str], str], float] = {}
     best = math.inf, every[0], y[None], y
     stacked, ends = np.concatenate(list(likely.values())), np.cumsum([*map(len, likely.values())])
     inverse, logs = 1 / stacked, np.log(stacked).sum(axis=1)
     logs[ends[0] :] += math.log(n)  # another parameter than that of white noise
+    logs[ends[-3] : ends[-2]] += math.log(n)
+    plain: list[tuple[frozenset[str], Floats, Floats]] = []  # of noise alone, or on a line
     for shape in every:
         columns = dst(np.diff(shape.columns), type=1, norm="ortho", axis=1)
         last = -1 if shape.kinds else None  # steep noise hides the misfit of any curve
@@ -302,7 +310,15 @@ def _fits(
             value, key = float(values[at]), (shape.kinds, noise)
             best = min(best, (value, shape, columns, stacked[at]), key=lambda one: one[0])
             fits[key] = min(value, fits.get(key, math.inf))
-    shape, columns, spectrum = best[1:]
+            if len(columns) == len(shape.kinds) <= ("drift" in shape.kinds):
+                plain.append((shape.kinds, columns, stacked[at]))
+    least, shape, columns, spectrum = best
+    if not shape.kinds <= {"drift"}:
+        price = (len(columns) + shape.searched) * math.log(n)
+        named = _by_parts(y, columns, spectrum) + price
+        for kinds, line, alone in plain:
+            value = least - named + _by_parts(y, line, alone) + (len(line) + 1) * math.log(n)
+            fits[kinds, "louder"] = min(value, fits.get((kinds, "louder"), math.inf))
     if shape.separate:
         blocks, rows = _at_changes(z, k, shape)
         y, columns = (dst(np.diff(values), type=1, norm="ortho") for values in (blocks, rows))
@@ -311,6 +327,33 @@ def _fits(
         spectrum = noises[np.argmin(_bic(y, columns, 1 / noises, logs))]
     fitted = _fitted(y, columns, spectrum, len(shape.columns))
     return fits, shape, fitted._replace(solved=shape.solved(z)) if shape.kinds & LEVELS else fitted
+
+
+def _by_parts(y: Floats, X: Floats, spectrum: Floats) -> float:
+    """BIC of a fit in noise whose size differs between equal parts of the recording, as many as it
+    is best by; of what is left of the whitened differences, in order of time."""
+    from scipy.fft import dst
+
+    rows = dst(np.vstack([y, X]) / np.sqrt(spectrum), type=1, norm="ortho", axis=1)
+    n, found = y.size, []
+    for count in LOUDNESS:
+        part, size = np.arange(n) * count // n, np.ones(n)
+        for _ in range(2):
+            weighted = rows / size
+            rest = rows[0] - np.linalg.lstsq(weighted[1:].T, weighted[0], rcond=None)[0] @ rows[1:]
+            size = np.sqrt(np.bincount(part, rest**2) / np.bincount(part))[part]
+        found.append(2 * float(np.log(size).sum()) + (count - 1) * math.log(n))
+    return float(np.log(spectrum).sum()) + min(found)
+
+
+def _likeliest_sums(y: Floats) -> Floats:
+    """Spectra (m, n) of a walk and a Gauss-Markov term of one T_c, of the sizes that are likeliest
+    for (n,) values, and smaller, as a shape leaves less to them."""
+    every = _sums(y.size)
+    values = np.log(every).sum(axis=-1) + y.size * np.log(1 / every @ (y * y) / y.size)
+    at, walk, term = np.unravel_index(np.argmin(values), values.shape)
+    near = every[at, max(walk - 2, 0) : walk + 1, max(term - 2, 0) : term + 1]
+    return near.reshape(-1, y.size)
 
 
 def _at_changes(z: Floats, k: np.ndarray, shape: Shape) -> tuple[Floats, Floats]:
@@ -384,6 +427,16 @@ def _noises(n: int) -> Mapping[str, Floats]:
         "correlated": np.array(slow),
         "steep": np.array(steep),
     }
+
+
+@lru_cache(maxsize=4)
+def _sums(n: int) -> Floats:
+    """(T_c, sizes, sizes, n) spectra of differences, of a walk and a Gauss-Markov term beside white
+    noise."""
+    known = _noises(n)
+    terms = np.vstack([known["fast"], known["correlated"]]) - known["white"]
+    walks = known["random_walk"][::2]
+    return np.asarray(walks[:, None] + terms.reshape(-1, 1, len(RATIOS[::2]), n))
 
 
 def _bic(y: Floats, X: Floats, inverse: Floats, logs: Floats) -> Floats:

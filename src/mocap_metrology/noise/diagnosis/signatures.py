@@ -5,7 +5,7 @@ with a walk, flicker, or a Gauss-Markov term of at most a tenth of the recording
 a term; with one of a quarter of a block, which is no slow wander; steeper ones, f^-2.5 and f^-3,
 alone. Any other curve, of many cosines, bends or steps, is a shape, too, so that it is not taken
 for noise. A shape must also be better than noise alone where the size of both noises may differ
-between parts of the recording (`_by_parts`).
+between parts of the recording (`by_parts`).
 
 Differences d of neighbouring block means have, for all these noises, a covariance that the discrete
 sine transform makes diagonal, but for the ends of the recording: at f_k = k / 2 (n + 1) cycles a
@@ -26,7 +26,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -34,6 +33,7 @@ import numpy as np
 from mocap_metrology.common.types import Floats
 from mocap_metrology.noise.diagnosis.shape import AT_ONCE, LEVELS, Shape, on_line
 from mocap_metrology.noise.diagnosis.shapes import LAWLESS, PERIODS, shapes
+from mocap_metrology.noise.diagnosis.slow_noises import by_parts, likeliest_sums, spectra
 from mocap_metrology.noise.fit.estimates import Z_95
 
 LEVEL, NOTHING = 0.03, 1e-3  # of what is excluded; of white noise alone
@@ -43,13 +43,8 @@ LOUD, SURE = 2.0, 7.0  # times the usual variance of frames; standard errors bey
 LEFT_OUT, OFTEN = 0.4, 0.05  # of the blocks, at most; from which others may be loud, too
 MOST_FREE, SIZED = 30, 3.3  # blocks that are missing where it shifts; standard errors of size
 LEAST_FRAMES = 8  # of a block, to know that variance
-FOLDED = 20  # to each side, of the spectra of block means
 MOST_BLOCKS, LEAST_BLOCKS = 1000, 60
 FEW_BLOCKS, BLOCK_S = 100, 1.0  # at least, of a short recording; what is faster is no slow wander
-RATIOS = np.geomspace(1e-4, 1e3, 29)  # of slow noise to white noise in differences of blocks
-STEEP = 2.5, 3.0  # exponents of steeper noise than a walk
-LONGEST, SHARES = 0.1, 5  # of T_c of a Gauss-Markov term, from one block to this of all
-LOUDNESS = 1, 2, 4, 8  # parts of a recording, in each of which noise has a size of its own
 SLOWEST = 30  # coefficients that show whether noise is bounded
 WHITE, GAUSSIAN = 1.95, 8.0  # Kolmogorov's statistic; standard errors of the kurtosis
 KINDS = (
@@ -238,7 +233,7 @@ def _slowest(z: Floats) -> Floats:
     from scipy.fft import dst
 
     y = dst(np.diff(z), type=1, norm="ortho")
-    white, walks = _noises(y.size)["white"], _noises(y.size)["random_walk"]
+    white, walks = spectra(y.size)["white"], spectra(y.size)["random_walk"]
     best = walks[np.argmin(_bic(y, y[:0, None], 1 / walks, np.log(walks).sum(axis=1)))]
     whitened = y / np.sqrt(best * np.mean(y**2 / best))
     return np.array([whitened, 1 - white[0] / best])[:, :SLOWEST]
@@ -288,10 +283,10 @@ def _fits(
     n = z.size - 1
     y = dst(np.diff(z), type=1, norm="ortho")
     likely = {}
-    for noise, spectra in _noises(n).items():  # a shape leaves less to the noise
-        alone = _bic(y, np.zeros((0, n)), 1 / spectra, np.log(spectra).sum(axis=1))
-        likely[noise] = spectra[: int(np.argmin(alone)) + 2]
-    likely |= {"sum": _likeliest_sums(y), "steep": likely.pop("steep")}
+    for noise, rows in spectra(n).items():  # a shape leaves less to the noise
+        alone = _bic(y, np.zeros((0, n)), 1 / rows, np.log(rows).sum(axis=1))
+        likely[noise] = rows[: int(np.argmin(alone)) + 2]
+    likely |= {"sum": likeliest_sums(y), "steep": likely.pop("steep")}
     every = [one for shape in shapes(z, k) for one in (shape, on_line(shape, k)) if one]
     fits: dict[tuple[frozenset[str], str], float] = {}
     best = math.inf, every[0], y[None], y
@@ -315,45 +310,18 @@ def _fits(
     least, shape, columns, spectrum = best
     if not shape.kinds <= {"drift"}:
         price = (len(columns) + shape.searched) * math.log(n)
-        named = _by_parts(y, columns, spectrum) + price
+        named = by_parts(y, columns, spectrum) + price
         for kinds, line, alone in plain:
-            value = least - named + _by_parts(y, line, alone) + (len(line) + 1) * math.log(n)
+            value = least - named + by_parts(y, line, alone) + (len(line) + 1) * math.log(n)
             fits[kinds, "louder"] = min(value, fits.get((kinds, "louder"), math.inf))
     if shape.separate:
         blocks, rows = _at_changes(z, k, shape)
         y, columns = (dst(np.diff(values), type=1, norm="ortho") for values in (blocks, rows))
-        noises = np.concatenate([*_noises(y.size).values()][:-1])
+        noises = np.concatenate([*spectra(y.size).values()][:-1])
         logs = np.log(noises).sum(axis=1) + math.log(n) * (np.arange(len(noises)) > 0)
         spectrum = noises[np.argmin(_bic(y, columns, 1 / noises, logs))]
     fitted = _fitted(y, columns, spectrum, len(shape.columns))
     return fits, shape, fitted._replace(solved=shape.solved(z)) if shape.kinds & LEVELS else fitted
-
-
-def _by_parts(y: Floats, X: Floats, spectrum: Floats) -> float:
-    """BIC of a fit in noise whose size differs between equal parts of the recording, as many as it
-    is best by; of what is left of the whitened differences, in order of time."""
-    from scipy.fft import dst
-
-    rows = dst(np.vstack([y, X]) / np.sqrt(spectrum), type=1, norm="ortho", axis=1)
-    n, found = y.size, []
-    for count in LOUDNESS:
-        part, size = np.arange(n) * count // n, np.ones(n)
-        for _ in range(2):
-            weighted = rows / size
-            rest = rows[0] - np.linalg.lstsq(weighted[1:].T, weighted[0], rcond=None)[0] @ rows[1:]
-            size = np.sqrt(np.bincount(part, rest**2) / np.bincount(part))[part]
-        found.append(2 * float(np.log(size).sum()) + (count - 1) * math.log(n))
-    return float(np.log(spectrum).sum()) + min(found)
-
-
-def _likeliest_sums(y: Floats) -> Floats:
-    """Spectra (m, n) of a walk and a Gauss-Markov term of one T_c, of the sizes that are likeliest
-    for (n,) values, and smaller, as a shape leaves less to them."""
-    every = _sums(y.size)
-    values = np.log(every).sum(axis=-1) + y.size * np.log(1 / every @ (y * y) / y.size)
-    at, walk, term = np.unravel_index(np.argmin(values), values.shape)
-    near = every[at, max(walk - 2, 0) : walk + 1, max(term - 2, 0) : term + 1]
-    return near.reshape(-1, y.size)
 
 
 def _at_changes(z: Floats, k: np.ndarray, shape: Shape) -> tuple[Floats, Floats]:
@@ -397,46 +365,6 @@ def _may_be_noise(best: Mapping[tuple[frozenset[str], str], float], rarer: float
     """Whether noise that is none of slow wander may be all."""
     fast = min(best[frozenset(), noise] for noise in FAST)
     return fast < min(best.values()) - 2 * math.log(NOTHING) + rarer
-
-
-@lru_cache(maxsize=4)
-def _noises(n: int) -> Mapping[str, Floats]:
-    """(m, n) spectra of differences, by noise, white noise first, steep noise last."""
-    weight = 4 * np.sin(np.pi * np.arange(1, n + 1) / (2 * (n + 1))) ** 2
-    f = np.arange(1, n + 1)[:, None] / (2 * (n + 1)) + np.arange(-FOLDED, FOLDED + 1)
-    share = np.sinc(f) ** 2
-
-    def folded(psd: Floats) -> Floats:
-        density = weight * (psd * share).sum(axis=1)
-        return 4 * density / density.max()  # as white noise has it
-
-    walk = weight + RATIOS[:, None] * (1 - weight / 6)
-    flicker = weight + RATIOS[:, None] * folded(1 / np.abs(f))
-    steep = [weight + r * folded(1 / np.abs(f) ** a) for a in STEEP for r in RATIOS[::2]]
-
-    def correlated(T_c: float) -> list[Floats]:  # in blocks
-        one = folded(1 / (1 + (2 * np.pi * f * T_c) ** 2))
-        return [weight + ratio * one for ratio in RATIOS[::2]]
-
-    slow = [one for T_c in np.geomspace(1, LONGEST * n, SHARES) for one in correlated(T_c)]
-    return {
-        "white": weight[None],
-        "fast": np.array(correlated(0.25)),
-        "random_walk": walk,
-        "flicker": flicker,
-        "correlated": np.array(slow),
-        "steep": np.array(steep),
-    }
-
-
-@lru_cache(maxsize=4)
-def _sums(n: int) -> Floats:
-    """(T_c, sizes, sizes, n) spectra of differences, of a walk and a Gauss-Markov term beside white
-    noise."""
-    known = _noises(n)
-    terms = np.vstack([known["fast"], known["correlated"]]) - known["white"]
-    walks = known["random_walk"][::2]
-    return np.asarray(walks[:, None] + terms.reshape(-1, 1, len(RATIOS[::2]), n))
 
 
 def _bic(y: Floats, X: Floats, inverse: Floats, logs: Floats) -> Floats:

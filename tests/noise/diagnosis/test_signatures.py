@@ -16,10 +16,10 @@ from mocap_metrology.noise.diagnosis.signatures import (
     LEAST_BLOCKS,
     MOST_BLOCKS,
     Wander,
-    _noises,
     block_length,
     signature,
 )
+from mocap_metrology.noise.diagnosis.slow_noises import spectra
 
 
 def noise(seed: int, n: int = N) -> np.ndarray:
@@ -56,8 +56,8 @@ def test_spectra_of_correlated_block_means_are_the_closed_form() -> None:
     n = 500
     f = np.arange(1, n + 1) / (2 * (n + 1))
     weight = 4 * np.sin(np.pi * f) ** 2
-    for T_c, spectra in zip((0.25, 1.0), ("fast", "correlated"), strict=True):
-        slow = _noises(n)[spectra][0] - weight  # of one ratio to white noise
+    for T_c, noise_name in zip((0.25, 1.0), ("fast", "correlated"), strict=True):
+        slow = spectra(n)[noise_name][0] - weight  # of one ratio to white noise
         a = 1 / T_c
         r = np.array(
             [2 * (a - 1 + np.exp(-a)), *((1 - np.exp(-a)) ** 2 * np.exp(-a * np.arange(3)))]

@@ -14,7 +14,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from mocap_metrology.accuracy.monitor import Chart, WatchLimits, chart, limits
+from mocap_metrology.accuracy.monitor import Chart, WatchLimits, chart, limits, words
 
 JITTER, PLACE, LENGTH = WatchLimits(0.15, 0.06), WatchLimits(0.5, 0.1), WatchLimits(0.2, 0.05)
 WATCHED = (JITTER, PLACE, PLACE, PLACE, LENGTH, LENGTH)
@@ -50,15 +50,11 @@ def changed(series: int, of: Callable[[np.ndarray], np.ndarray]) -> Change:
 
 def shares(facilities: list[Facility], baseline: int, last: int) -> dict[str, float]:
     """Share of facilities with a note or worse, an alert, a failure within so many dates."""
-    at = slice(baseline, baseline + last)
-
-    def share(of: Callable[[Chart], np.ndarray]) -> float:
-        return float(np.mean([any(of(one)[at].any() for one in every) for every in facilities]))
-
+    at, worst = slice(baseline, baseline + last), ("failure", "alert", "note")
+    said = [{word for one in every for word, _ in words(one)[at]} for every in facilities]
     return {
-        "note": share(lambda one: one.unusual | one.drifting | one.beyond),
-        "alert": share(lambda one: one.beyond),
-        "failure": share(lambda one: one.beyond & np.roll(one.beyond, 1)),
+        word: float(np.mean([bool(some & set(worst[: k + 1])) for some in said]))
+        for k, word in enumerate(worst)
     }
 
 

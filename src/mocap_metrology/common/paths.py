@@ -14,26 +14,19 @@ DRIVE = re.compile(r"([A-Za-z]):[\\/]?(.*)", re.DOTALL)
 
 def exists(path: str | Path) -> bool:
     """Whether there is such a file or folder; a name that the system does not take is none."""
-    try:
+    with suppress(OSError):
         return Path(path).exists()
-    except OSError:
-        return False
+    return False
 
 
 def is_file(path: str | Path) -> bool:
     """Whether there is such a file."""
-    try:
-        return Path(path).is_file()
-    except OSError:
-        return False
+    return exists(path) and Path(path).is_file()
 
 
 def is_folder(path: str | Path) -> bool:
     """Whether there is such a folder."""
-    try:
-        return Path(path).is_dir()
-    except OSError:
-        return False
+    return exists(path) and Path(path).is_dir()
 
 
 def expanded(path: str | Path) -> Path:

@@ -51,6 +51,8 @@ def test_a_board_within_what_is_stated_of_it_is_good_and_a_stretched_one_is_not(
     board = made.truth.board
     assert judged(made, made.hits, board + 2e-4 * rng.normal(size=board.shape)).word == "good"
     assert judged(made, made.hits, board * [1, 1.01, 1]).word == "doubtful"
+    uneven = hand(2, out_of_plane_m=2e-4)  # of a flat file: errors of places are no third extent
+    assert judged(uneven, uneven.hits, uneven.truth.board * [0, 1, 1]).word == "good"
 
 
 POSE = PoseEstimate("batch", "final", "factory", np.eye(3), np.ones(3))

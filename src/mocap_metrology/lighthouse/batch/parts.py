@@ -28,6 +28,7 @@ UNDETERMINED = 0.25  # m^2 or rad^2: the variance of a pose that nothing determi
 ANYWHERE, ANCHORED = 100.0, 1.0  # m or rad
 WEAK = 1e-9  # of the largest information: a direction of a pose that a piece does not determine
 SHOWN = 0.03  # of the variance of a prior
+EXTENT = 10.0  # standard deviations of places: less is no extent of a board
 BY_CHANCE = 1e-3  # probability that sound pieces are called a misfit, or a step in time
 
 
@@ -336,7 +337,7 @@ def prior_p(joint: Joint) -> float:
     if joint.of.places >= 0:
         first = int(np.count_nonzero(columns[: joint.of.places]))
         places = slice(first, first + joint.state.board.size)
-        for strain in _strains(joint.state.board):
+        for strain in _strains(joint.state.board, EXTENT * float(sd[places].max())):
             shift = white.T @ by_prior[:, places] @ (strain / sd[places])
             p.append(float(chdtrc(1, (shift @ off) ** 2 / (shift @ shift))))
     return min(1.0, len(p) * min(p))
@@ -360,12 +361,12 @@ def of_length(joint: Joint) -> dict[str, float]:
     return {"board_larger": larger, "board_sigma": sigma, **by_chance}
 
 
-def _strains(board: np.ndarray) -> Iterator[Floats]:
+def _strains(board: np.ndarray, least: float) -> Iterator[Floats]:
     """Places, (3 n,), of a board stretched along each of its principal axes and sheared between
-    each two, those aside along which it has no extent."""
+    each two, those aside along which its extent (rms) is less than `least`: errors of places."""
     centred = board - board.mean(axis=0)
     _, size, axes = np.linalg.svd(centred)
-    along = axes[size > 1e-3 * size[0]]
+    along = axes[size > least * np.sqrt(len(board))]
     for a, b in combinations_with_replacement(along, 2):
         yield (np.outer(centred @ a, b) + np.outer(centred @ b, a)).ravel()
 

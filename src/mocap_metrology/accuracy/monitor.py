@@ -153,9 +153,11 @@ def words(charted: Chart) -> list[tuple[str, int | None]]:
     since: int | None = None
     for k in range(charted.value.size):
         again = k > 0 and charted.beyond[k] == charted.beyond[k - 1]
-        recent = np.flatnonzero(charted.beyond[: k + 1][-OFTEN[1] :]) - min(OFTEN[1] - 1, k) + k
-        if charted.beyond[k] and since is None and (again or recent.size >= OFTEN[0]):
-            since = k - 1 if again else int(recent[0])
+        if charted.beyond[k] and since is None:
+            first = max(k + 1 - OFTEN[1], 0)
+            recent = first + np.flatnonzero(charted.beyond[first : k + 1])
+            if again or recent.size >= OFTEN[0]:
+                since = k - 1 if again else int(recent[0])
         elif since is not None and not charted.beyond[k] and again:
             since = None
         if charted.beyond[k] or since is not None:

@@ -60,6 +60,7 @@ PARTS = {  # what a kind has in it, that is no kind of its own beside it
 }
 NONE = math.nan, math.nan
 FAST = ("white", "fast")  # noises that are none of slow wander
+ADDED = {"white": 0, "sum": 2}  # parameters of a noise beside that of white noise; of others one
 OTHER = {"smooth", "steps", "recoveries"}  # shapes of no kind; a line beside them is part of them
 LASTING_S = 10.0  # of a shift; a shorter one is movement
 NEAR_S = 5.0  # from an event to the step or shift that it is an end of
@@ -290,10 +291,10 @@ def _fits(
     every = [one for shape in shapes(z, k) for one in (shape, on_line(shape, k)) if one]
     fits: dict[tuple[frozenset[str], str], float] = {}
     best = math.inf, every[0], y[None], y
-    stacked, ends = np.concatenate(list(likely.values())), np.cumsum([*map(len, likely.values())])
-    inverse, logs = 1 / stacked, np.log(stacked).sum(axis=1)
-    logs[ends[0] :] += math.log(n)  # another parameter than that of white noise
-    logs[ends[-3] : ends[-2]] += math.log(n)
+    sizes = [len(rows) for rows in likely.values()]
+    stacked, ends = np.concatenate(list(likely.values())), np.cumsum(sizes)
+    added = np.repeat([ADDED.get(noise, 1) for noise in likely], sizes)
+    inverse, logs = 1 / stacked, np.log(stacked).sum(axis=1) + added * math.log(n)
     plain: list[tuple[frozenset[str], Floats, Floats]] = []  # of noise alone, or on a line
     for shape in every:
         columns = dst(np.diff(shape.columns), type=1, norm="ortho", axis=1)

@@ -130,7 +130,12 @@ def test_the_page_and_the_front_in_order_and_nothing_is_taken_for_markup() -> No
         recordings,
         [calibration("pair", "good")],
         refused,
-        {"hall": {"short": ["Camera 6 is noisy."]}},
+        {
+            "hall": {
+                "short": ["V: camera 6 is noisy.", "W: even."],
+                "noisy": [{"camera_type": "V"}],
+            }
+        },
         {
             "hall": {"words": ["c compared with b: worse."], "outcomes": {"c": "worse"}},
             "skurowski2019": {"words": ["T40-6 with T40-8."], "outcomes": {}},
@@ -145,12 +150,15 @@ def test_the_page_and_the_front_in_order_and_nothing_is_taken_for_markup() -> No
     for text in (page, part):
         assert "<title>Verdict on hall</title>" in text or text is part
         assert "The worst is c (bad)" in text and "pair is good: it is good." in text
+        assert text.index("V: camera 6 is noisy.") < text.index(">c<") and ("W:" in text) != (
+            text is part
+        )
         assert "c compared with b: worse." in text and base64.b64encode(b"png").decode() in text
         assert '<a href="recording/c">c</a>' in text
         assert "of its claims 3 hold, 1 undecided" in text
     assert page.count("<table") == 5 and part.count("<table") == 1  # the refused
     order = ["no &lt;marker&gt;", ">c<", ">d<", ">noise-2<", ">noise-10<", ">twin-1<"]
-    order += ["Camera 6 is noisy.", "hall: calibrations", "The paper", "skurowski2019: recordings"]
+    order += ["W: even.", "hall: calibrations", "The paper", "skurowski2019: recordings"]
     order += ["T40-6 with T40-8.", ">T40-10<", ">t_2.csv<", ">t_10.csv<"]
     places = [page.index(words) for words in order]
     assert places == sorted(places)

@@ -125,6 +125,7 @@ def page(
             if (of_kind := [row for row in mine if row["kind"] == kind])
         ],
         changes=[
+            *(line for group in groups for line in blamed(verdicts.cameras.get(group, {}))),
             *(_watched(address("monitor", name), line) for name, line in verdicts.monitors.items()),
             *changes(changed),
         ],
@@ -284,6 +285,12 @@ def _cameras(group: str, rows: Sequence[Record], cameras: Record) -> list[str]:
     if not all(row["source"] == "twin" for row in rows):
         return [*lines, captions.APART_MEASURED]
     return [*lines, captions.APART_PUBLISHED if group == PUBLISHED else captions.APART_SIMULATED]
+
+
+def blamed(cameras: Record) -> list[str]:
+    """Lines on the camera types of which a camera is noisy or raises the noise."""
+    types = {row["camera_type"] for key in ("noisy", "raised") for row in cameras.get(key, ())}
+    return [line for line in cameras.get("short", ()) if line.partition(": ")[0] in types]
 
 
 def recording_row(row: Record, address: Address) -> list[object]:

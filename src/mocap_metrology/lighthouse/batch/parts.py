@@ -132,13 +132,14 @@ def pieces_of(joint: Joint, one: Recording) -> list[Piece]:
     for k in range(PIECES):
         chosen = piece == k
         rows = chosen[one.sweeps.sweep]
-        seen, path, more = sweeps_of(one.seen, chosen), one.trajectory, one.more(joint.of)
-        if more is None and chosen.any():
-            seen, path = stretch(seen, path)
+        seen, path, sensors = sweeps_of(one.seen, chosen), one.trajectory, None
+        if chosen.any():
+            low, (seen, path) = seen.who[:, 3].min(), stretch(seen, path)
+            sensors = one.sensors and one.sensors.within(seen.sweeps.hits.time_s, low)
         hit, held = weight.hit[rows], weight.held[chosen]
+        its = replace(one, seen=seen, trajectory=path, noise=noise, sensors=sensors)
         at = seen, path, joint.state
-        sums = linearised(*at, one.residual[rows], hit, joint.of, more, held)
-        its = replace(one, seen=seen, trajectory=path, noise=noise)
+        sums = linearised(*at, one.residual[rows], hit, joint.of, its.more(joint.of), held)
         pieces.append(Piece.of(its, sums, count[k]))
     return pieces
 

@@ -30,8 +30,8 @@ PRIOR_P = (1e-2, 1e-8)
 SCALE_APART = 5.0
 SCALE_P = 1e-4  # the length or the board is not as stated, and gives the pose its scale
 MISFIT = (1.2, 25.0)  # of variances; 1 within chance
-# What no step in time explains of it: optics of another station leave 2.8 to 64, sound recordings
-# of moved boards, real ones too, 1.0.
+# What no step in time explains of it: optics of another station leave 2.2 to 109, but 1.0 in some
+# recordings of decks of four diodes; sound recordings of moved boards, real ones too, 1.0.
 UNEXPLAINED = 2.0
 SCALE_SHARE = 0.5  # of the variance of the position: from then on a known length helps most
 RESIDUAL_FAILED = 100.0  # over the expected one: no pose fits

@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2, rayleigh
 
-from mocap_metrology.lighthouse.assess import validation
+from mocap_metrology.lighthouse.assess import fit_checks, validation
 from mocap_metrology.lighthouse.assess.fit_checks import Case
 from mocap_metrology.lighthouse.records import Factory, PoseEstimate, Station
 
@@ -69,6 +69,17 @@ def test_values_of_a_file_that_pieces_contradict(misfit, frames, stage, case, le
     (found,) = (check for check in checks if check.name == "factory values")
     assert (found.case, found.level) == (case, level)
     assert found.names == (() if frames else ("master",))
+
+
+@pytest.mark.parametrize(
+    ("left", "stage", "case", "level"),
+    [(1.0, "final", Case.MISFIT, "usable"), (1.9, "final", Case.MISFIT, "usable"),
+     (2.0, "final", Case.MISFIT_OPEN, "doubtful"), (9.0, "static", Case.MISFIT, "usable")],
+)  # fmt: skip
+def test_pieces_that_no_step_makes_agree(left, stage, case, level) -> None:
+    pose = replace(POSE, stage=stage, details={"misfit": 9.0, "misfit_left": left})
+    check = fit_checks.misfit(pose)
+    assert (check.case, check.level, check.numbers["times"]) == (case, level, 3.0)
 
 
 def test_the_least_certain_of_equally_good_stations_is_told() -> None:

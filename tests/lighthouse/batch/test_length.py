@@ -158,3 +158,22 @@ def test_what_a_length_says_of_the_deck_and_the_deck_of_it(wrong: float) -> None
     assert check.value == pytest.approx(
         (larger * wrong - 1) / np.hypot(own, length), rel=0.1, abs=0.1
     )
+
+
+@pytest.mark.parametrize(("wrong", "word"), [(0.99, "usable"), (1.0, "good"), (1.01, "usable")])
+def test_a_length_and_a_deck_that_cannot_both_be_right(wrong: float, word: str) -> None:
+    """A length that is 1 % wrong, ten times its standard deviation, moves the pose by as much, and
+    only the size of the deck in its file, known to 0.9 %, speaks against it: not `good`."""
+    made = flight(1, seconds=8.0)
+    hits, _ = clean_hits(made.hits, made.truth.board)
+    apart = float(np.linalg.norm(made.truth.t_optical_m))
+    length = KnownLength.between(MASTER, SLAVE, wrong * apart, 1e-3 * apart)
+    settings = CalibrationSettings(("batch",), ("factory",), variant="libsurvive")
+    factories = [station.factory for station in made.truth.stations]
+    sensors = Sensors(lengths=(length,))
+    found = calibrate(hits, made.truth.board, factories, settings, sensors=sensors)
+    stations = [replace(station, frames_found=1) for station in made.truth.stations]
+    told = summary(found, stations, duration_s=8.0).verdict
+    (check,) = (check for check in told.checks if check.name == "scale")
+    assert (told.word, check.case is Case.SCALE) == (word, word == "good")
+    assert check.numbers["mm"] == pytest.approx(1e3 * apart * abs(wrong - 1), abs=10)

@@ -14,7 +14,7 @@ from mocap_metrology.lighthouse.calibrate import variants
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.decode.clean import clean_hits
 from mocap_metrology.lighthouse.records import ROLES, Station
-from tests.lighthouse.batch.planes_scene import made
+from tests.lighthouse.batch.planes_scene import factory, made
 
 SETTINGS = CalibrationSettings(estimators=("batch",), optics=("factory",), variant="libsurvive")
 
@@ -84,3 +84,24 @@ def test_exchanged_values_are_named(recording) -> None:
         else:
             assert told.verdict.word in ("good", "usable")
     assert errors[True] > 5 * errors[False]
+
+
+def test_values_of_another_station_make_every_pose_doubtful() -> None:
+    """As its light carries them, and where the pose is that of two other stations: the board's path
+    is of all."""
+    one = made(3, 4, 3.0)
+    names, factories = list(one.scene.names), list(one.scene.factories)
+    wrong = [*factories[:2], factory(np.random.default_rng(9))]
+    words = {}
+    for given in (factories, wrong):
+        stations = [
+            Station(name, id=k, factory=own, frames_found=2, generation=2)
+            for k, (name, own) in enumerate(zip(names, given, strict=True))
+        ]
+        hits, board = one.scene.hits, one.scene.board
+        found = calibrate(hits, board, given, SETTINGS, stations=stations)
+        told = summary(found, stations, duration_s=8.0).verdict
+        words[given is wrong] = set(told.words.values())
+        cases = {check.case for check in told.checks}
+        assert (Case.MISFIT_OPEN in cases) is (given is wrong)
+    assert words == {False: {"good"}, True: {"doubtful"}}

@@ -34,7 +34,6 @@ GRAVITY_SD_DEG = 1.5  # of either component of the difference: sound real pairs 
 # Doubtful where one sound pair in 200 is, failed where none in 1e9 is (Rayleigh's distribution).
 GRAVITY_DEG = tuple(GRAVITY_SD_DEG * math.sqrt(-2 * math.log(p)) for p in (5e-3, 1e-9))
 RIVALS = ("board and optics", "board poses", "gravity")  # fail where halves differ by no touch
-DOUBTED = 4.0  # misfit from which values of a file may be another station's: such make 5 to 80
 REFERENCE = ((30.0, 2.0), (100.0, 5.0))
 
 
@@ -42,11 +41,11 @@ def factory(
     chosen: PoseEstimate,
     stations: Sequence[Station],
     exchanged: Sequence[str] = (),
-    misfit: float | int | str | None = None,
+    doubted: bool = False,
 ) -> Check:
     """Errors by neglected factory values do not show in any fit (facts of eight real stations);
-    exchanged: stations of any pair whose values fit better exchanged; misfit: of the pieces of the
-    recording, which shows a part of the errors of another station's values."""
+    exchanged: stations of any pair whose values fit better exchanged; doubted: pieces of the
+    recording contradict each other, as with another station's values."""
     value, names, why = "file", tuple[str, ...](), dict[str, str]()
     if chosen.optics != "factory":
         value = chosen.optics
@@ -57,7 +56,7 @@ def factory(
         case, level, names = Case.FACTORY_EXCHANGED, "doubtful", tuple(exchanged)
     elif filed := tuple(s.role for s in stations if s.frames_found == 0):
         case, level, names = Case.FACTORY_FILE, "usable", filed
-        if isinstance(misfit, float) and misfit >= DOUBTED and chosen.stage != "static":
+        if doubted:
             case, level = Case.FACTORY_DOUBTED, "doubtful"
     else:
         case, level, value = Case.FACTORY, "good", "recording"
@@ -217,14 +216,16 @@ def verdict(
     # Batch of the same optics alone is judged by weights, priors and pieces, of the recording.
     same = [p for p in poses if (p.estimator, p.optics) == ("batch", chosen.optics)]
     weighed = chosen if chosen.estimator == "batch" or not same else same[-1]
+    misfit = fit_checks.misfit(weighed)
+    doubted = misfit.case is Case.MISFIT_OPEN
     checks = (
         fit_checks.distance(chosen),
         fit_checks.residual(chosen, expected_urad),
         fit_checks.weight(weighed),
         fit_checks.priors(weighed),
         *fit_checks.length(weighed),
-        fit_checks.misfit(weighed),
-        factory(chosen, stations, exchanged, fit_checks.misfit(weighed).value),
+        misfit,
+        factory(chosen, stations, exchanged, doubted),
         rotor_model(chosen, variants),
         fit_checks.mirrored(chosen),
         fit_checks.motion(chosen),
@@ -239,7 +240,7 @@ def verdict(
         fit_checks.duration(duration_s),
         against_reference(errors),
     )
-    if any(c.ok is False for c in checks if c.name in RIVALS):
+    if doubted or any(c.ok is False for c in checks if c.name in RIVALS):
         checks = tuple(
             replace(c, case=Case.HALVES_OPEN) if c.case is Case.HALVES_APART else c for c in checks
         )

@@ -16,7 +16,7 @@ filter, so they are late by some ms: that delay is an unknown, too.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -70,6 +70,11 @@ class Windows:
     F: np.ndarray  # (n, 3, 3, 3)
     still: bool
 
+    def take(self, chosen: np.ndarray, low: int) -> Windows:
+        """The chosen intervals, by a mask; of a board that moves counted from `low` on."""
+        interval = self.interval[chosen] - (0 if self.still else low)
+        return replace(self, interval=interval, time_s=self.time_s[chosen], F=self.F[chosen])
+
 
 def windows(series: Inertial | None, trajectory: Trajectory, hits_s: np.ndarray) -> Windows | None:
     """The intervals of a trajectory that the series covers without gaps; None if they are few.
@@ -115,6 +120,11 @@ class Residuals:
     gain: float  # 1 + s
     M: Floats
     place: Floats
+
+    def take(self, chosen: np.ndarray) -> Residuals:
+        """Those of the chosen intervals, by a mask."""
+        names = "e", "R", "by_knots", "by_bias", "by_delay", "y", "felt"
+        return replace(self, **{name: getattr(self, name)[chosen] for name in names})
 
 
 def residuals(

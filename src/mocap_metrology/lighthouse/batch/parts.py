@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import combinations_with_replacement, product
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import chdtrc, chdtri, fdtrc
+from scipy.special import chdtri, fdtrc
 
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch.estimate import Joint
@@ -27,8 +27,6 @@ FEWEST_OF_PIECE = 5  # likewise
 UNDETERMINED = 0.25  # m^2 or rad^2: the variance of a pose that nothing determines
 ANYWHERE, ANCHORED = 100.0, 1.0  # m or rad
 WEAK = 1e-9  # of the largest information: a direction of a pose that a piece does not determine
-SHOWN = 0.03  # of the variance of a prior
-EXTENT = 10.0  # standard deviations of places: less is no extent of a board
 BY_CHANCE = 1e-3  # probability that sound pieces are called a misfit, or a step in time
 
 
@@ -42,12 +40,13 @@ class _Part:
 
 
 class _Step(NamedTuple):
-    """Probability by chance that parts differ so much, how far they are apart, and which of them
-    have a pose that may be the right one."""
+    """Probability by chance that both sides of a recording differ so much, how far they are apart,
+    the sides, and whether the pose of the first may be the right one."""
 
     p: float
     pair: Halves
-    right: tuple[_Part, ...]
+    parts: tuple[_Part, _Part]
+    both: bool
 
 
 class Piece(NamedTuple):
@@ -132,13 +131,14 @@ def pieces_of(joint: Joint, one: Recording) -> list[Piece]:
     for k in range(PIECES):
         chosen = piece == k
         rows = chosen[one.sweeps.sweep]
-        seen, path, more = sweeps_of(one.seen, chosen), one.trajectory, one.more(joint.of)
-        if more is None and chosen.any():
-            seen, path = stretch(seen, path)
+        seen, path, sensors = sweeps_of(one.seen, chosen), one.trajectory, None
+        if chosen.any():
+            low, (seen, path) = seen.who[:, 3].min(), stretch(seen, path)
+            sensors = one.sensors and one.sensors.within(seen.sweeps.hits.time_s, low)
         hit, held = weight.hit[rows], weight.held[chosen]
+        its = replace(one, seen=seen, trajectory=path, noise=noise, sensors=sensors)
         at = seen, path, joint.state
-        sums = linearised(*at, one.residual[rows], hit, joint.of, more, held)
-        its = replace(one, seen=seen, trajectory=path, noise=noise)
+        sums = linearised(*at, one.residual[rows], hit, joint.of, its.more(joint.of), held)
         pieces.append(Piece.of(its, sums, count[k]))
     return pieces
 
@@ -193,6 +193,8 @@ def _step(
     """The step between two sides of a recording; None where a side does not determine the pose;
     both: whether the pose of either side may be the right one, or that of the other only."""
     sides = one, other
+    if not (one and other):
+        return None
     whole = [Piece.total(side) for side in sides]
     if min(_fewest(side.sweeps, station) for side in whole) < FEWEST_SWEEPS:
         return None
@@ -207,14 +209,30 @@ def _step(
     if freedom > 2 * POSE:
         rest = max(rest / (freedom - 2 * POSE), 1.0)
         p = float(fdtrc(POSE, freedom - 2 * POSE, pair.m2 / POSE / rest))
-    return _Step(p, pair, (a, b) if both else (b,))
+    return _Step(p, pair, (a, b), both)
+
+
+def _left(joint: Joint, station: int, pieces: Sequence[Piece], begin: int, end: int) -> float:
+    """Mean square of what pieces pull at all stations after a step at the begin and back at the end
+    of some of them, over its noise: the least, as it may be within the piece before or after."""
+    inner, every, left = set(range(begin, end)), set(range(len(pieces))), joint.misfit
+    stations = range(1, len(joint.state.R))
+    for out in product(*((at - 1, at) for at in (begin, end) if at)):
+        one, other = ([pieces[k] for k in side.difference(out)] for side in (inner, every - inner))
+        if (step := _step(joint, station, one, other, both=False)) is not None:
+            of = product(zip((one, other), step.parts, strict=True), stations)
+            each = [_scatter(side, joint, k, part.step) for (side, part), k in of]
+            total, freedom = np.sum(each, axis=0) - [0, 2 * POSE * len(stations)]
+            left = min(left, float(total / freedom)) if freedom > 0 else 1.0
+    return max(left, 1.0)
 
 
 def halves(
     joint: Joint, station: int = 1, pieces: Sequence[Piece] | None = None
-) -> tuple[Halves | None, float]:
+) -> tuple[Halves | None, float, float]:
     """Pose of a station from the hits before and after each of `SPLITS` of the duration: the two
-    that are farthest apart by m2; and the misfit by which a step has moved the estimate.
+    that are farthest apart by m2; the misfit by which a step has moved the estimate, and that which
+    the likeliest step leaves of all stations.
 
     Errors of board and optics are the same in both and nearly cancel: with the gains K_i, the
     difference has the covariance of both parts' noise and
@@ -238,20 +256,21 @@ def halves(
                 steps[i, k] = step
     at = [steps[0, k].pair for k in (round(PIECES * split) for split in SPLITS) if (0, k) in steps]
     if not at:
-        return None, 1.0
+        return None, 1.0, joint.misfit
     by_chance = BY_CHANCE / PIECES
     stepped = min(step.p for (i, _), step in steps.items() if not i) < by_chance
     pair = replace(max(at, key=lambda one: one.m2), stepped=stepped)
-    likely = min(steps.values(), key=lambda step: step.p)
-    if joint.misfit <= 1 or likely.p >= by_chance / PIECES:
-        return pair, 1.0
-    whole = _part(joint, Piece.total(pieces), station)
+    when, likely = min(steps.items(), key=lambda one: one[1].p)
+    clear = joint.misfit > 1 and likely.p < by_chance / PIECES
+    left = _left(joint, station, pieces, *when) if clear or pair.stepped else joint.misfit
+    whole = _part(joint, Piece.total(pieces), station) if clear else None
     if whole is None:
-        return pair, 1.0
+        return pair, 1.0, left
     rows = joint.pose(station)
     noise = whole.noise[np.ix_(rows, rows)]
-    off = [(part.step - whole.step)[rows] for part in likely.right]
-    return pair, max(float(d @ np.linalg.solve(noise, d)) for d in off) / POSE
+    right = likely.parts if likely.both else likely.parts[1:]
+    off = [(part.step - whole.step)[rows] for part in right]
+    return pair, max(float(d @ np.linalg.solve(noise, d)) for d in off) / POSE, left
 
 
 def predicted(joint: Joint, priors: Priors) -> list[list[Halves | None]]:
@@ -310,75 +329,6 @@ def shared_errors(
     by_noise = noise[np.ix_(rows, rows)] * np.outer(units, units)
     by_noise = (by_noise + by_noise.T) / 2  # apart by rounding, which differences leave much of
     return by_noise, SharedErrors(sd[relevant], effect, of_board, board)
-
-
-def prior_p(joint: Joint) -> float:
-    """Probability by chance that board and optics are estimated so far from what is known of them.
-
-    With M = S + L, errors of the standard deviations B make estimates v of the covariance
-    C = G B G' + M^-1 S M^-1, G = I - M^-1 L; v' C^-1 v is a chi squared in the directions that the
-    hits determine, in units of B, by `SHOWN` at least. A strain u of the board file would make
-    estimates G u, so u' G' C^-1 v / sqrt(u' G' C^-1 G u) is a normal deviate, the most powerful one
-    against this strain. The lowest of all n probabilities counts n times.
-    """
-    columns = np.isin(joint.of.group, [GROUPS.index(name) for name in ("depth", "offset", "place")])
-    if not columns.any():
-        return 1.0
-    (M, known), sd, rows = joint.inverse, joint.of.sd[columns], np.ix_(columns, columns)
-    by_prior = (np.eye(sd.size) - M[rows] * known[columns]) * sd / sd[:, None]
-    C = by_prior @ by_prior.T + (M @ joint.pull @ M)[rows] / np.outer(sd, sd)
-    size, axes = np.linalg.eigh((C + C.T) / 2)
-    shown = np.sum((axes.T @ by_prior) ** 2, axis=1) > SHOWN
-    white = axes[:, shown] / np.sqrt(size[shown])
-    if not shown.any():
-        return 1.0
-    off = white.T @ (joint.state.values[columns] / sd)
-    p = [float(chdtrc(off.size, off @ off))]
-    if joint.of.places >= 0:
-        first = int(np.count_nonzero(columns[: joint.of.places]))
-        places = slice(first, first + joint.state.board.size)
-        for strain in _strains(joint.state.board, EXTENT * float(sd[places].max())):
-            shift = white.T @ by_prior[:, places] @ (strain / sd[places])
-            p.append(float(chdtrc(1, (shift @ off) ** 2 / (shift @ shift))))
-    return min(1.0, len(p) * min(p))
-
-
-def of_length(joint: Joint) -> dict[str, float]:
-    """What a known length says of the size of the board. scale_p: probability by chance that it
-    differs so much from its file, 1 without such a length; with one also board_larger: than its
-    file, a share; board_sigma: this over its standard deviation, by what is known of that size, in
-    the notation of `prior_p`; length_share: of what is known of the scale."""
-    at = joint.of.scale
-    if at < 0 or joint.working[at] < joint.of.sd[at]:
-        return {"scale_p": 1.0}
-    M, known = joint.inverse
-    by_prior = (np.eye(known.size)[at] - M[at] * known) * np.where(known > 0, joint.believed, 0.0)
-    variance = by_prior @ by_prior + M[at] @ joint.pull @ M[at]
-    larger = float(joint.state.values[at])
-    sigma = larger / float(np.sqrt(variance))
-    share = 1 - float(joint.covariance[at, at] / joint.believed[at] ** 2)
-    by_chance = {"scale_p": float(chdtrc(1, sigma**2)), "length_share": share}
-    return {"board_larger": larger, "board_sigma": sigma, **by_chance}
-
-
-def _strains(board: np.ndarray, least: float) -> Iterator[Floats]:
-    """Places, (3 n,), of a board stretched along each of its principal axes and sheared between
-    each two, those aside along which its extent (rms) is less than `least`: errors of places."""
-    centred = board - board.mean(axis=0)
-    _, size, axes = np.linalg.svd(centred)
-    along = axes[size > least * np.sqrt(len(board))]
-    for a, b in combinations_with_replacement(along, 2):
-        yield (np.outer(centred @ a, b) + np.outer(centred @ b, a)).ravel()
-
-
-def scale_share(joint: Joint, station: int) -> float:
-    """Share that the scale of the board has in the variance of a position."""
-    if joint.of.scale < 0:
-        return 0.0
-    M, known = joint.inverse
-    rows, scale = joint.pose(station)[:3], joint.of.scale
-    effect = M[rows, scale] * known[scale] * joint.believed[scale]
-    return float(effect @ effect / np.trace(joint.pose_covariance(station)[:3, :3]))
 
 
 def residual_ratios(one: Recording, names: Sequence[str]) -> dict[str, dict[str, float]]:

@@ -135,6 +135,16 @@ class Sensed:
     noise: Floats
     near_s: float = 0.0
 
+    def within(self, time_s: np.ndarray, low: int) -> Sensed | None:
+        """What they measured between the first and the last of these times, if anything, its
+        control points counted from `low` on."""
+        at = self.windows.time_s
+        inside = (at[:, 0] >= time_s.min()) & (at[:, 2] <= time_s.max())
+        if not inside.any():
+            return None
+        windows, residual = self.windows.take(inside, low), self.residual.take(inside)
+        return replace(self, windows=windows, residual=residual)
+
 
 @dataclass
 class Recording:

@@ -20,7 +20,7 @@ from itertools import product
 
 import numpy as np
 
-from mocap_metrology.lighthouse.batch import inertial, parts
+from mocap_metrology.lighthouse.batch import beforehand, inertial, parts
 from mocap_metrology.lighthouse.batch.estimate import Joint, expect_determined
 from mocap_metrology.lighthouse.batch.parts import rms_by
 from mocap_metrology.lighthouse.batch.problem import GROUPS, State
@@ -77,16 +77,17 @@ def all_solved(
     one, stage = solution.recordings[0], "final" if still is None else "static"
     with expect_determined(scene.title):
         pieces = parts.pieces_of(solution, one) if still is None else []
-        stations, none = range(1, len(scene.names)), (None, 1.0)
+        stations, none = range(1, len(scene.names)), (None, 1.0, solution.misfit)
         halves = [parts.halves(solution, k, pieces) if pieces else none for k in stations]
-        misfit = max([solution.misfit, *(by_step for _, by_step in halves)])
+        misfit = max([solution.misfit, *(by_step for _, by_step, _ in halves)])
         solution = replace(solution, misfit=misfit)
         residuals = residual_rows(solution, scene.hits, scene.names)
         path = _path(one.trajectory, one.sweeps.hits.time_s)
         usable = {"": usable_hits(scene, solution)}
         details = {**details_of(scene, solution, usable), "residuals": residuals}
+        details["misfit_left"] = min(of_one for _, _, of_one in halves)
         poses = []
-        for k, (pair, _) in zip(stations, halves, strict=True):
+        for k, (pair, *_) in zip(stations, halves, strict=True):
             pose = pose_of(scene, solution, stage, details, k)
             seconds = time.perf_counter() - began
             poses.append(replace(pose, halves=pair, path=path, note=note, seconds=seconds))
@@ -114,7 +115,7 @@ def pose_of(
         shared=shared,
         residual_rms_urad=1e6 * float(np.sqrt(np.mean(residual**2))),
         n_angles=residual.size,
-        details={**details, "scale_share": parts.scale_share(solution, station)},
+        details={**details, "scale_share": beforehand.scale_share(solution, station)},
         station=scene.names[station],
     )
 
@@ -167,8 +168,8 @@ def details_of(scene: Scene, solution: Joint, usable: Mapping[str, int]) -> dict
         "weight_lost": 1 - kept,
         **({"weight_lost_in": most_lost} if most_lost else {}),
         "misfit": solution.misfit,
-        "prior_p": parts.prior_p(solution),
-        **parts.of_length(solution),
+        "prior_p": beforehand.prior_p(solution),
+        **beforehand.of_length(solution),
     }
 
 

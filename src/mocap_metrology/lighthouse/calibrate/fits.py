@@ -98,16 +98,23 @@ def exclusion_note(out: Sequence[int], why: str) -> str:
 
 def if_they_agree(scene: Scene, estimate_of: Callable[[Scene], Joint]) -> tuple[Joint, Scene, str]:
     """The estimate, what it is of, and why that is without the board's sensors where these
-    contradict the light."""
-    joint = estimate_of(scene)
-    sensors = joint.recordings[0].sensors
-    if sensors is None:
-        return joint, scene, ""
-    why = inertial.contradiction(joint.state.values, sensors.column, sensors.noise)
-    if not joint.converged:
-        why = f"no convergence in {joint.rounds} steps with them"
-    if not why:
-        return joint, scene, ""
+    contradict the light, or no estimate is found with them."""
+    joint, why = None, ""
+    try:
+        joint = estimate_of(scene)
+    except np.linalg.LinAlgError:
+        if scene.sensors.inertial is None:
+            raise
+        why = "no estimate with them"
+    if joint is not None:
+        sensors = joint.recordings[0].sensors
+        if sensors is None:
+            return joint, scene, ""
+        why = inertial.contradiction(joint.state.values, sensors.column, sensors.noise)
+        if not joint.converged:
+            why = f"no convergence in {joint.rounds} steps with them"
+        if not why:
+            return joint, scene, ""
     without = replace(scene, sensors=replace(scene.sensors, inertial=None))
     return estimate_of(without), without, f"gyroscope and accelerometer not used: {why}"
 

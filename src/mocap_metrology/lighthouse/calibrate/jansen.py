@@ -172,6 +172,10 @@ def _by_optics(
             calibration.paths["paper-lm", name] = seen.agreed.paths
         if BATCH in settings.estimators:
             _with_batch(calibration, seen, report, middle)
+            if name == "factory":
+                calibration.variants = [
+                    _by_batch(way, scene, middle) for way in calibration.variants
+                ]
         return
     for estimator in settings.estimators:
         if estimator == BATCH:
@@ -183,6 +187,22 @@ def _by_optics(
             calibration.why.append(f"{estimator}, {name}: {why}")
         else:
             both_stages(calibration, estimator, seen, settings, report)
+
+
+def _by_batch(
+    way: variants.VariantFit,
+    scene: Scene,
+    still: tuple[records.Measurements, records.Measurements],
+) -> variants.VariantFit:
+    """A variant that is not excluded with its pose by `batch`, in which the depths of lasers
+    imitate others; as it is where that finds none."""
+    if way.standing == "worse":
+        return way
+    try:
+        pose, _ = solved(replace(scene, variant=way.variant), still)
+    except Refusal:
+        return way
+    return replace(way, R=pose.R, t_m=pose.t_m)
 
 
 def _with_batch(

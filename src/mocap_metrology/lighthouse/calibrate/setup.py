@@ -220,8 +220,8 @@ def by_setup(
     with expect_determined(scene.title):
         apart = predicted(solution, scene.used_priors)
         usable = {piece.title: piece.usable for piece in pieces}
-        solution, touched = _touched(solution, list(usable))
-        details = details_of(scene, solution, usable)
+        solution, touched, left = _touched(solution, list(usable))
+        details = {**details_of(scene, solution, usable), "misfit_left": left}
         poses, by_station = [], {}
         for k, name in enumerate(scene.names[1:], start=1):
             pairs = zip(usable, apart[k - 1], strict=True)
@@ -237,18 +237,22 @@ def by_setup(
     return Setup(poses, by_station, ways[0], why, network)
 
 
-def _touched(solution: Joint, titles: Sequence[str]) -> tuple[Joint, list[dict[str, Halves]]]:
-    """The estimate with the misfit by steps within its recordings, and these of each station but
-    the first, by title, as where it was moved meanwhile."""
+def _touched(
+    solution: Joint, titles: Sequence[str]
+) -> tuple[Joint, list[dict[str, Halves]], float]:
+    """The estimate with the misfit by steps within its recordings; these of each station but the
+    first, by title, as where it was moved meanwhile; and the misfit that a step leaves."""
     named = zip(titles, solution.recordings, strict=True)
     every = {k: pieces_of(solution, one) for k, one in named if not one.trajectory.still}
     stepped, misfits = [dict[str, Halves]() for _ in solution.state.R[1:]], [solution.misfit]
+    left = solution.misfit
     for k, title in product(range(len(stepped)), every):
-        pair, misfit = halves(solution, k + 1, every[title])
+        pair, misfit, by_it = halves(solution, k + 1, every[title])
         misfits.append(misfit)
+        left = min(left, by_it)
         if pair is not None and pair.stepped:
             stepped[k][title] = pair
-    return replace(solution, misfit=max(misfits)), stepped
+    return replace(solution, misfit=max(misfits)), stepped, left
 
 
 def _of_all_boards(

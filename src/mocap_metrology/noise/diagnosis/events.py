@@ -20,7 +20,8 @@ REST_S = 0.5  # between excursions, at least
 CONTEXT_S = 10.0  # round an event: its level and noise
 SMOOTHED = 4  # part of the surest averaging time that excursions are averaged over
 LIKE_NOISE, WHITE = 0.75, 0.5  # of the whiteness beside it, of louder noise; if its size varies
-SURE = 3.0  # standard errors of a whiteness, or by which it scatters more
+LIKE, PIECES = 5, 12  # windows as long to each side, at most; pieces at least, of all
+SURE, SURER = 3.0, 5.0  # standard errors of a whiteness, or by which it scatters more; a scatter
 MOVED = 5.0  # standard deviations off the level that count as moved
 NEAR = 2 * JOINED_BLOCKS  # blocks from a burst within which a change of level is of it
 CLEAR_S = 1.0  # left out on each side before sides are compared
@@ -279,7 +280,7 @@ def _likeness(values: np.ndarray, part: list[Alarm], rate_hz: float) -> tuple[fl
     """Whiteness of a sure part of an event, of that beside it; whether it moved; whether it is
     louder."""
     first, last = _frames(part, rate_hz, values.size)
-    far = round(CONTEXT_S * rate_hz)
+    far = max(round(CONTEXT_S * rate_hz), LIKE * (last - first))
     start = max(first - far, 0)
     near = values[start : last + far].astype(float)
     before, within, after = np.split(near, [first - start, last - start])
@@ -290,8 +291,20 @@ def _likeness(values: np.ndarray, part: list[Alarm], rate_hz: float) -> tuple[fl
     of_event, beside = _power(within), max(sum(map(len, alone)), 1)
     scatter = math.sqrt(3 / max(within.size, 1) + 3 / beside)
     white = float(of_event[1] * usual[0] / max(usual[1] * of_event[0], 1e-300))  # of that beside it
-    moved = white < min(LIKE_NOISE, 1 - SURE * math.sqrt(1 / max(within.size, 1) + 1 / beside))
+    error = math.sqrt(1 / max(within.size, 1) + 1 / beside)
+    varies = _varies([before, after], within.size)
+    moved = white < min(LIKE_NOISE, 1 - SURE * error, math.exp(-SURER * varies))
     return white, moved, bool(np.any(of_event > (1 + SURE * scatter) * usual))
+
+
+def _varies(sides: Sequence[np.ndarray], size: int) -> float:
+    """Scatter of the logarithm of the whiteness of so many frames, as noise has it that is
+    correlated for long: by that of shorter pieces, where there are few so long."""
+    length = max(min(size, sum(map(len, sides)) // PIECES), 2)
+    rows = [side[: side.size // length * length].reshape(-1, length) for side in sides]
+    powers = np.array([_power(row) for row in np.concatenate(rows)])
+    known = powers[powers.min(axis=1, initial=1.0) > 0] if powers.size else np.ones((1, 2))
+    return mad_spread(np.log(known[:, 1] / known[:, 0])) * math.sqrt(length / max(size, 1))
 
 
 def _frames(group: Sequence[Alarm], rate_hz: float, n: int) -> tuple[int, int]:

@@ -42,7 +42,7 @@ def means_of_blocks(series: np.ndarray, length: int) -> tuple[Floats, np.ndarray
         square = (off**2).sum(axis=1) - (off @ time) ** 2 / (time @ time)
         most, usual = max(LOUD, 1 + SURE * math.sqrt(2 / length)), np.median(square)
         quiet = square <= most * usual
-        quiet &= median_filter(square, AMONG) <= (most + 1) / 2 * usual
+        quiet &= (median_filter(square, AMONG) <= (most + 1) / 2 * usual) | (usual == 0)
         if quiet.mean() >= 1 - LEFT_OUT:
             there, mean = there[quiet], mean[quiet]
         return mean, there, float(1 - quiet.mean())

@@ -206,7 +206,7 @@ def _event(
         {a.series for a in group}, key=lambda s: -max(a.x for a in group if a.series == s)
     )
     sized = {k: m for k, m in moved.items() if not k.startswith("L")} or moved
-    off = np.unique(np.concatenate([m.off for m in moved.values() if m.moved] or [NO_FRAMES]))
+    off = np.unique(np.concatenate([m.off for m in moved.values()] or [NO_FRAMES]))
     start = float(off[0]) / rate_hz if off.size else min(a.start_s for a in group)
     stop = float(off[-1] + 1) / rate_hz if off.size else max(a.stop_s for a in group)
     rests = np.diff(off) / rate_hz
@@ -222,8 +222,8 @@ def _event(
 
 @dataclass(frozen=True)
 class _Excursion:
-    """size, shift, error (standard, of the shift): mm; off: frames off the level; others as of
-    `Event`."""
+    """size, shift, error (standard, of the shift): mm; off: frames off the level, of what is less
+    white; others as of `Event`."""
 
     size: float
     shift: float
@@ -243,7 +243,9 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
     start = max(first - far, 0)
     near = values[start : last + far].astype(float)
     sure = merged(a for a in group if a.sure)
-    whites, moved, loud = zip(*(_likeness(values, part, rate_hz) for part in sure), strict=True)
+    whites, less, moved, loud = zip(
+        *(_likeness(values, part, rate_hz) for part in sure), strict=True
+    )
     padded = np.pad(near, (width // 2, (width - 1) // 2), "edge")  # a recording may begin there
     near = np.convolve(padded, np.full(width, 1 / width), "valid")
     first, last = first - start, last - start
@@ -256,7 +258,7 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
     inside = near[first:last] - levels[0]
     noise = min((mad_spread(s) for s in sides if s.size), default=0.0)
     with np.errstate(invalid="ignore"):
-        off = np.flatnonzero(np.abs(inside) > MOVED * noise)
+        off = np.flatnonzero(np.abs(inside) > MOVED * noise) if any(less) else NO_FRAMES
     size = float(np.nanmax(np.abs(inside))) if np.isfinite(inside).any() else math.nan
     shift = float(levels[1] - levels[0]) if both else math.nan
     error = MEDIAN_ERROR * noise * math.sqrt(2 * width / max(few, 1))
@@ -276,9 +278,11 @@ def _scatter_of_levels(sides: Sequence[np.ndarray], few: int) -> float:
     return math.sqrt(off / n) if n else 0.0
 
 
-def _likeness(values: np.ndarray, part: list[Alarm], rate_hz: float) -> tuple[float, bool, bool]:
-    """Whiteness of a sure part of an event, of that beside it; whether it moved; whether it is
-    louder."""
+def _likeness(
+    values: np.ndarray, part: list[Alarm], rate_hz: float
+) -> tuple[float, bool, bool, bool]:
+    """Whiteness of a sure part of an event, of that beside it; whether it is less white, and more
+    so than louder noise may be that is correlated; whether it is louder."""
     first, last = _frames(part, rate_hz, values.size)
     far = max(round(CONTEXT_S * rate_hz), LIKE * (last - first))
     start = max(first - far, 0)
@@ -291,10 +295,10 @@ def _likeness(values: np.ndarray, part: list[Alarm], rate_hz: float) -> tuple[fl
     of_event, beside = _power(within), max(sum(map(len, alone)), 1)
     scatter = math.sqrt(3 / max(within.size, 1) + 3 / beside)
     white = float(of_event[1] * usual[0] / max(usual[1] * of_event[0], 1e-300))  # of that beside it
-    error = math.sqrt(1 / max(within.size, 1) + 1 / beside)
-    varies = _varies([before, after], within.size)
-    moved = white < min(LIKE_NOISE, 1 - SURE * error, math.exp(-SURER * varies))
-    return white, moved, bool(np.any(of_event > (1 + SURE * scatter) * usual))
+    off = white < min(LIKE_NOISE, 1 - SURE * scatter / math.sqrt(3))
+    louder = of_event > (1 + SURE * scatter) * usual
+    varies = math.exp(-SURER * _varies([before, after], within.size)) if off and louder[1] else 1.0
+    return white, off, off and white < varies, bool(louder.any())
 
 
 def _varies(sides: Sequence[np.ndarray], size: int) -> float:

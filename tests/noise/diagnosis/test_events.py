@@ -212,6 +212,8 @@ def test_louder_noise_that_is_correlated_has_not_moved(T_c, times, lasts_s) -> N
         noise = signal.lfilter([1], [1, -share], driven) + loud * rng.normal(0, 0.02, driven.shape)
         found = events_of(noise)
         assert found and not any(event.moved for event in found)
+        assert found[0].time_s == pytest.approx(90, abs=1.2)
+        assert found[-1].stop_s == pytest.approx(90 + lasts_s, abs=1.2)
 
 
 def test_events_that_recur_have_a_period() -> None:

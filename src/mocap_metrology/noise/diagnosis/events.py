@@ -91,8 +91,9 @@ class Event:
 
     @property
     def stays(self) -> bool:
-        """Whether more than half of it is left afterwards."""
-        return abs(self.shift_mm) > self.size_mm / 2
+        """Whether more than half of it is left afterwards, surely a quarter."""
+        sure = not self.shift_ends_mm[0] < self.size_mm / 4
+        return sure and abs(self.shift_mm) > self.size_mm / 2
 
     @property
     def level_changed(self) -> bool:
@@ -207,8 +208,10 @@ def _event(
     )
     sized = {k: m for k, m in moved.items() if not k.startswith("L")} or moved
     off = np.unique(np.concatenate([m.off for m in moved.values()] or [NO_FRAMES]))
-    start = float(off[0]) / rate_hz if off.size else min(a.start_s for a in group)
-    stop = float(off[-1] + 1) / rate_hz if off.size else max(a.stop_s for a in group)
+    shortest_s = min(a.tau_s for a in group if a.sure)
+    brief = [a for a in group if a.tau_s == shortest_s]
+    start = float(off[0]) / rate_hz if off.size else min(a.start_s for a in brief)
+    stop = float(off[-1] + 1) / rate_hz if off.size else max(a.stop_s for a in brief)
     rests = np.diff(off) / rate_hz
     largest = max(sized, key=lambda k: sized[k].size)
     return Event(

@@ -14,7 +14,7 @@ FOLDED = 20  # to each side, of the spectra of block means
 RATIOS = np.geomspace(1e-4, 1e3, 29)  # of slow noise to white noise in differences of blocks
 STEEP = 2.5, 3.0  # exponents of steeper noise than a walk
 LONGEST, SHARES = 0.1, 5  # of T_c of a Gauss-Markov term, from one block to this of all
-LOUDNESS = 1, 2, 4, 8, 16  # parts of a recording, in each of which noise has a size of its own
+LOUDNESS = 1, 2, 4, 8  # parts of a recording, in each of which noise has a size of its own
 
 
 @lru_cache(maxsize=4)

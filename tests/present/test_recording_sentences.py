@@ -136,7 +136,11 @@ SAID = [  # found, or the recording, or rows of noise.csv; template, whether it 
     (wander("step", -0.03, 200.0), "wander.step", True, "3 min, 20.0 s, x1, 30 µm"),
     (wander("step", -0.03, 200.0, error_mm=0.005), "wander.step", True,
      "3 min, 20.0 s, x1, 30.0, 20.2, 39.8"),
+    (wander("step", -0.03, 200.0, lost_s=30.0), "wander.step", True,
+     "3 min, 20.0 s, 3 min, 50.0 s, x1, 30 µm"),
     (wander("shift", 0.03, 200.0, 240.0), "wander.shift", True, "3 min, 20.0 s, x1, 30 µm, 40 s"),
+    (wander("shift", 0.03, 200.0, 240.0, jumps=((200.0, 0.03), (240.0, -0.05))), "wander.shift",
+     True, "3 min, 20.0 s, x1, 30 µm, 50 µm, 40 s"),
     (wander("levels", 0.03, 50.0), "wander.levels", True, "x1, 30 µm, 50 s"),
     ({"resonances": [Resonance(k, 6.0, 0.03, 0.03) for k in ("x1", "x2")]}, "resonance.broad", True,
      "6 Hz, 0.03, x1, 30 µm, x2, 30 µm"),
@@ -211,7 +215,7 @@ def test_every_template_is_here() -> None:
     texts = templates()
     elsewhere = {"check", "limit", "quantity", "measured", "verdict", "bar", "points", "receiver"}
     keys = {f"{kind}.{case}" for kind in set(texts) - elsewhere for case in texts[kind]}
-    assert keys == {key for _, key, _, _ in SAID} | {"moving.line", "periodic.seen"}
+    assert keys == {key for _, key, _, _ in SAID} | {"moving.line", "periodic.seen", "wander.when"}
 
 
 @pytest.mark.parametrize(
@@ -234,6 +238,14 @@ def test_warnings_come_first_and_of_walkers_only_the_movement() -> None:
     assert all(s.words.endswith(".") and "nan" not in s.words for s in said)
     walks = QUIET.movements | {name: Movement(2000.0) for name in ("x1", "x2")}
     assert [s.kind for s in told({"movements": walks, "events": [EVENT]})] == ["moving", "gaps"]
+
+
+def test_a_cycle_or_recurring_bursts_are_periodic() -> None:
+    """So there is no other disturbance, and not none."""
+    for given in (wander("cycle", 0.03, 200.0), {"recurring": {"x1": 12.3}}):
+        assert [s.words for s in told(given) if s.kind == "periodic"] == [
+            "No other periodic disturbance was detected in any series."
+        ]
 
 
 def test_the_most_important_events_are_named() -> None:

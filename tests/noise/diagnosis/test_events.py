@@ -1,8 +1,11 @@
 """Events in simulated recordings whose truth is known, and how often sound ones show any."""
 
+import math
+
 import numpy as np
 import pytest
 from mocap_workflow.recording_twins import twin_from_mapping
+from scipy import signal
 
 from benchmarks.sentences._kinds import gauss_markov
 from mocap_metrology.noise.diagnosis.dynamic import (
@@ -195,6 +198,22 @@ def test_bursts_of_noise_whose_size_varies_have_not_moved() -> None:
             noise[:, k] = np.sqrt(power) * frame
             power = 0.05 + 0.15 * noise[:, k] ** 2 + 0.8 * power
         assert all(event.white > WHITE for event in events_of(0.02 * noise))
+
+
+@pytest.mark.parametrize(("T_c", "times", "lasts_s"), [(0.4, 3.6, 18), (0.6, 3.6, 39)])
+def test_louder_noise_that_is_correlated_has_not_moved(T_c, times, lasts_s) -> None:
+    """Gauss-Markov and white noise that are driven so many times as hard for a while: their
+    spectrum is that of before."""
+    for seed in range(4):
+        rng, time = np.random.default_rng([seed, 4]), np.arange(24_000) / RATE
+        loud = np.where((time > 90) & (time < 90 + lasts_s), times, 1)
+        share = math.exp(-1 / (T_c * RATE))
+        driven = loud * rng.normal(0, 0.06 * math.sqrt(1 - share**2), (6, time.size))
+        noise = signal.lfilter([1], [1, -share], driven) + loud * rng.normal(0, 0.02, driven.shape)
+        found = events_of(noise)
+        assert found and not any(event.moved for event in found)
+        assert found[0].time_s == pytest.approx(90, abs=1.2)
+        assert found[-1].stop_s == pytest.approx(90 + lasts_s, abs=1.2)
 
 
 def test_events_that_recur_have_a_period() -> None:

@@ -245,3 +245,17 @@ def test_values_behind_a_low_pass_are_scipys():
     for length in (2, 5, 12):
         expected = signal.resample_poly(values, 1, length)
         assert _decimated(values, length) == pytest.approx(expected, rel=1e-12)
+
+
+def test_fills_of_eight_frames_are_found_beside_longer_ones() -> None:
+    """Cubic ones between noise, whose overshoot would be an event; and no frame of the noise."""
+    rng = np.random.default_rng(12)
+    x = rng.normal(0, 0.05, 30_000)
+    true = np.zeros(x.size, bool)
+    for k, start in enumerate(range(500, 29_000, 1500)):
+        stop = start + (30 if k % 2 else 8)
+        known = np.r_[start - 6 : start, stop : stop + 6]
+        x[start:stop] = CubicSpline(known, x[known])(np.arange(start, stop))
+        true[start:stop] = True
+    found = filled(np.float32(x), 1.5e-8)
+    assert found[true].all() and np.count_nonzero(found & ~true) <= 2  # beside an end, by chance

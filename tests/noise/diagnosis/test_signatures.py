@@ -9,16 +9,11 @@ from scipy import signal
 
 from benchmarks.sentences._kinds import gauss_markov
 from benchmarks.sentences.signatures import KINDS, RATE, N, T
+from mocap_metrology.noise.diagnosis.block_means import MOST_BLOCKS, block_length
 from mocap_metrology.noise.diagnosis.export import hiding_step
 from mocap_metrology.noise.diagnosis.findings import shift_near
 from mocap_metrology.noise.diagnosis.one_series import decided
-from mocap_metrology.noise.diagnosis.signatures import (
-    LEAST_BLOCKS,
-    MOST_BLOCKS,
-    Wander,
-    block_length,
-    signature,
-)
+from mocap_metrology.noise.diagnosis.signatures import LEAST_BLOCKS, Wander, signature
 from mocap_metrology.noise.diagnosis.slow_noises import spectra
 
 
@@ -118,10 +113,44 @@ def test_a_walk_and_correlated_noise_are_no_step() -> None:
     assert found is not None and not found.kinds
 
 
+@pytest.mark.parametrize(
+    ("seed", "T_c", "times", "n", "loud"),
+    [
+        (6, 2, 5, 30_000, lambda u: (u > 0.3) & (u < 0.45)),
+        (8, 1, 4, 60_000, lambda u: (u > 0.3) & (u < 0.45)),
+        (10, 1, 4, 60_000, lambda u: (u > 0.3) & (u < 0.45)),
+        (12, 30, 6, 90_000, lambda u: np.exp(-u / 0.1)),
+    ],
+)
+def test_correlated_noise_that_is_louder_for_a_while_is_no_shift(seed, T_c, times, n, loud) -> None:
+    """Blocks that are quiet among loud ones by chance, and noise across those that are left out."""
+    rng, share = np.random.default_rng([seed, 8]), math.exp(-1 / (T_c * RATE))
+    size = 1 + (times - 1) * loud(np.arange(n) / n)
+    driven = size * rng.normal(0, 0.03 * math.sqrt(1 - share**2), n)
+    found = signature(
+        signal.lfilter([1], [1, -share], driven) + size * rng.normal(0, 0.001, n), RATE
+    )
+    assert found is not None and not found.kinds
+
+
+def test_two_steps_beside_a_warm_up() -> None:
+    """Its begin is no third one."""
+    for seed, (size, constant_s) in enumerate(((0.1, 100), (0.03, 20))):
+        curve = size * np.exp(-T / constant_s) + 0.03 * (T > 300) + 0.05 * (T > 700)
+        found = signature(noise(seed) + curve, RATE)
+        assert found.kinds == ("warm_up", "step")
+        (first, small), (second, large) = found.jumps
+        assert (first, second) == pytest.approx((300, 700), abs=1.5)
+        assert (small, large, -found.moved_mm) == pytest.approx((0.03, 0.05, size), abs=0.003)
+
+
 def test_a_change_over_a_long_gap_is_not_at_once() -> None:
-    """What is missing for 80 blocks may have moved in any way."""
+    """What is missing for 80 blocks may have moved in any way; for 20 it may have done at any time
+    of these."""
     x = noise(2) + np.where(T > 400, 0.06, 0)
-    assert signature(x, RATE).kinds == ("step",)
+    assert signature(x, RATE).kinds == ("step",) and signature(x, RATE).lost_s == 0
+    lost = signature(np.where((T > 390) & (T < 410), np.nan, x), RATE)
+    assert lost.kinds == ("step",) and (*lost.at_s, lost.lost_s) == pytest.approx((390, 20), abs=1)
     x[(T > 320) & (T < 400)] = np.nan
     found = signature(x, RATE)
     assert not found.kinds and found.undecided

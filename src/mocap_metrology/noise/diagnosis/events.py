@@ -20,7 +20,8 @@ REST_S = 0.5  # between excursions, at least
 CONTEXT_S = 10.0  # round an event: its level and noise
 SMOOTHED = 4  # part of the surest averaging time that excursions are averaged over
 LIKE_NOISE, WHITE = 0.75, 0.5  # of the whiteness beside it, of louder noise; if its size varies
-SURE = 3.0  # standard errors of a whiteness, or by which it scatters more
+LIKE, PIECES = 5, 12  # windows as long to each side, at most; pieces at least, of all
+SURE, SURER = 3.0, 5.0  # standard errors of a whiteness, or by which it scatters more; a scatter
 MOVED = 5.0  # standard deviations off the level that count as moved
 NEAR = 2 * JOINED_BLOCKS  # blocks from a burst within which a change of level is of it
 CLEAR_S = 1.0  # left out on each side before sides are compared
@@ -90,8 +91,9 @@ class Event:
 
     @property
     def stays(self) -> bool:
-        """Whether more than half of it is left afterwards."""
-        return abs(self.shift_mm) > self.size_mm / 2
+        """Whether more than half of it is left afterwards, surely a quarter."""
+        sure = not self.shift_ends_mm[0] < self.size_mm / 4
+        return sure and abs(self.shift_mm) > self.size_mm / 2
 
     @property
     def level_changed(self) -> bool:
@@ -205,9 +207,11 @@ def _event(
         {a.series for a in group}, key=lambda s: -max(a.x for a in group if a.series == s)
     )
     sized = {k: m for k, m in moved.items() if not k.startswith("L")} or moved
-    off = np.unique(np.concatenate([m.off for m in moved.values() if m.moved] or [NO_FRAMES]))
-    start = float(off[0]) / rate_hz if off.size else min(a.start_s for a in group)
-    stop = float(off[-1] + 1) / rate_hz if off.size else max(a.stop_s for a in group)
+    off = np.unique(np.concatenate([m.off for m in moved.values()] or [NO_FRAMES]))
+    shortest_s = min(a.tau_s for a in group if a.sure)
+    brief = [a for a in group if a.tau_s == shortest_s]
+    start = float(off[0]) / rate_hz if off.size else min(a.start_s for a in brief)
+    stop = float(off[-1] + 1) / rate_hz if off.size else max(a.stop_s for a in brief)
     rests = np.diff(off) / rate_hz
     largest = max(sized, key=lambda k: sized[k].size)
     return Event(
@@ -221,8 +225,8 @@ def _event(
 
 @dataclass(frozen=True)
 class _Excursion:
-    """size, shift, error (standard, of the shift): mm; off: frames off the level; others as of
-    `Event`."""
+    """size, shift, error (standard, of the shift): mm; off: frames off the level, of what is less
+    white; others as of `Event`."""
 
     size: float
     shift: float
@@ -242,7 +246,9 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
     start = max(first - far, 0)
     near = values[start : last + far].astype(float)
     sure = merged(a for a in group if a.sure)
-    whites, moved, loud = zip(*(_likeness(values, part, rate_hz) for part in sure), strict=True)
+    whites, less, moved, loud = zip(
+        *(_likeness(values, part, rate_hz) for part in sure), strict=True
+    )
     padded = np.pad(near, (width // 2, (width - 1) // 2), "edge")  # a recording may begin there
     near = np.convolve(padded, np.full(width, 1 / width), "valid")
     first, last = first - start, last - start
@@ -255,7 +261,7 @@ def _excursion(values: np.ndarray, group: list[Alarm], rate_hz: float) -> _Excur
     inside = near[first:last] - levels[0]
     noise = min((mad_spread(s) for s in sides if s.size), default=0.0)
     with np.errstate(invalid="ignore"):
-        off = np.flatnonzero(np.abs(inside) > MOVED * noise)
+        off = np.flatnonzero(np.abs(inside) > MOVED * noise) if any(less) else NO_FRAMES
     size = float(np.nanmax(np.abs(inside))) if np.isfinite(inside).any() else math.nan
     shift = float(levels[1] - levels[0]) if both else math.nan
     error = MEDIAN_ERROR * noise * math.sqrt(2 * width / max(few, 1))
@@ -275,11 +281,13 @@ def _scatter_of_levels(sides: Sequence[np.ndarray], few: int) -> float:
     return math.sqrt(off / n) if n else 0.0
 
 
-def _likeness(values: np.ndarray, part: list[Alarm], rate_hz: float) -> tuple[float, bool, bool]:
-    """Whiteness of a sure part of an event, of that beside it; whether it moved; whether it is
-    louder."""
+def _likeness(
+    values: np.ndarray, part: list[Alarm], rate_hz: float
+) -> tuple[float, bool, bool, bool]:
+    """Whiteness of a sure part of an event, of that beside it; whether it is less white, and more
+    so than louder noise may be that is correlated; whether it is louder."""
     first, last = _frames(part, rate_hz, values.size)
-    far = round(CONTEXT_S * rate_hz)
+    far = max(round(CONTEXT_S * rate_hz), LIKE * (last - first))
     start = max(first - far, 0)
     near = values[start : last + far].astype(float)
     before, within, after = np.split(near, [first - start, last - start])
@@ -290,8 +298,20 @@ def _likeness(values: np.ndarray, part: list[Alarm], rate_hz: float) -> tuple[fl
     of_event, beside = _power(within), max(sum(map(len, alone)), 1)
     scatter = math.sqrt(3 / max(within.size, 1) + 3 / beside)
     white = float(of_event[1] * usual[0] / max(usual[1] * of_event[0], 1e-300))  # of that beside it
-    moved = white < min(LIKE_NOISE, 1 - SURE * math.sqrt(1 / max(within.size, 1) + 1 / beside))
-    return white, moved, bool(np.any(of_event > (1 + SURE * scatter) * usual))
+    off = white < min(LIKE_NOISE, 1 - SURE * scatter / math.sqrt(3))
+    louder = of_event > (1 + SURE * scatter) * usual
+    varies = math.exp(-SURER * _varies([before, after], within.size)) if off and louder[1] else 1.0
+    return white, off, off and white < varies, bool(louder.any())
+
+
+def _varies(sides: Sequence[np.ndarray], size: int) -> float:
+    """Scatter of the logarithm of the whiteness of so many frames, as noise has it that is
+    correlated for long: by that of shorter pieces, where there are few so long."""
+    length = max(min(size, sum(map(len, sides)) // PIECES), 2)
+    rows = [side[: side.size // length * length].reshape(-1, length) for side in sides]
+    powers = np.array([_power(row) for row in np.concatenate(rows)])
+    known = powers[powers.min(axis=1, initial=1.0) > 0] if powers.size else np.ones((1, 2))
+    return mad_spread(np.log(known[:, 1] / known[:, 0])) * math.sqrt(length / max(size, 1))
 
 
 def _frames(group: Sequence[Alarm], rate_hz: float, n: int) -> tuple[int, int]:

@@ -24,6 +24,7 @@ from mocap_metrology.common.parallel import MapFunction, in_turn
 DIFFERENCES = (2, 4, 6)  # orders of those that a fill makes vanish
 DENSER = 1.25  # than a Gaussian's at zero
 CHANCE = 1e-13  # that a frame begins a run which is none
+SEVERAL, BESIDE = 5, 1e-7  # runs beside which others may be shorter; their chance
 LIKELIEST = 0.7  # chance of one, from which nothing is reported
 NARROW, WIDEST = 0.02, 0.65  # delta: without rounding, and at most
 # Runs that chance makes, and how many of them determine its rate
@@ -50,10 +51,10 @@ class Rule:
         return self.run(self.chance) + self.order - 2
 
     @staticmethod
-    def run(chance: float) -> int:
-        """Length of a run that chance makes with probability CHANCE, where it makes each frame with
-        `chance`."""
-        return math.ceil(math.log(CHANCE) / math.log(chance))
+    def run(chance: float, least: float = CHANCE) -> int:
+        """Length of a run that chance makes with probability `least`, where it makes each frame
+        with `chance`."""
+        return math.ceil(math.log(least) / math.log(chance))
 
 
 def innovation(series: np.ndarray) -> float:
@@ -104,6 +105,8 @@ def filled(series: np.ndarray, resolution_mm: float) -> np.ndarray:
             continue
         ends = np.nanmin(series), np.nanmax(series)
         sure = lengths >= Rule.run(chance)
+        if np.count_nonzero(sure) >= SEVERAL:
+            sure = lengths >= Rule.run(chance, BESIDE)
         shorter = [
             part
             for first, last in edges[~sure & (lengths >= SHORTEST)]

@@ -11,12 +11,13 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.hampel import SAMPLED, own_step
+from mocap_metrology.noise.diagnosis.block_means import block_length
 from mocap_metrology.noise.diagnosis.export import Resolution, hiding_step, resolution
 from mocap_metrology.noise.diagnosis.filtering import Filtered, filters, middle, tried
 from mocap_metrology.noise.diagnosis.periodic import SpectralLine, described, series_lines
 from mocap_metrology.noise.diagnosis.records import DiagnosisSettings
 from mocap_metrology.noise.diagnosis.resonance import MOST_GAPS, Resonance, resonance
-from mocap_metrology.noise.diagnosis.signatures import WALK, Wander, block_length, signature
+from mocap_metrology.noise.diagnosis.signatures import WALK, Wander, signature
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow, model_of
 from mocap_metrology.noise.fit.spectral.gaps import filled
 from mocap_metrology.noise.fit.spectral.likelihood import (

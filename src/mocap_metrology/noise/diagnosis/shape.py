@@ -15,6 +15,7 @@ BENT = 0.8  # of the change of pace, that two neighbours of its parts may have
 PLACE = 2  # parameters of a place in time, as it is searched among many
 LEVELS = frozenset({"two_levels", "levels"})
 AT_ONCE = LEVELS | {"step", "shift", "steps"}
+CURVED = {"smooth", "warm_up", "creep", "fades"}  # of which some columns are, beside one change
 
 Columns = Callable[[float], Floats]
 
@@ -23,7 +24,7 @@ Columns = Callable[[float], Floats]
 class Shape:
     """A fit to block means, (n,).
 
-    kinds: what it is; columns (p, n), of which the first `line` are a straight line; searched:
+    kinds: what it is; columns (p, n), of which the first `line` are a line beside it; searched:
     parameters beside the coefficients; at: its places, period or dwell, in blocks; main: the column
     (counted from the end) whose coefficient is the size.
     """
@@ -42,11 +43,18 @@ class Shape:
 
     @property
     def separate(self) -> bool:
-        """Whether it consists of steps or one shift, in blocks that are apart, and no block has a
-        column of its own."""
-        some = self.placed and "fades" not in self.kinds and bool(self.at)
-        alone = len(self.columns) - self.line in (1, len(self.at))
-        return some and alone and np.diff(self.at).min(initial=math.inf) > 2
+        """Whether it consists of steps or one shift, in blocks that are apart, beside a curve too,
+        and no block has a column of its own."""
+        alone = len(self.columns) - self.line in (1, len(self.at)) or bool(self.kinds & CURVED)
+        apart = bool(self.at) and np.diff(self.at).min(initial=math.inf) > 2
+        return self.placed and alone and apart
+
+    @property
+    def whole(self) -> Shape:
+        """Without columns of one block, which say nothing of sizes."""
+        many = np.count_nonzero(self.columns, axis=1) != 1
+        main = int(many[self.main :].sum())
+        return replace(self, columns=self.columns[many], main=-main)
 
     def solved(self, z: Floats) -> Floats:
         """Least-squares coefficients (p,); of levels without the blocks beside a switch, which may
@@ -104,7 +112,8 @@ class Shape:
 
 def on_line(shape: Shape, k: np.ndarray) -> Shape | None:
     """The shape beside a straight line; None where it has one, or would take its part."""
-    if shape.kinds <= {"slowing"} or shape.kinds & {"drift", "smooth", "accelerating"}:
+    straight = shape.line or shape.kinds & {"drift", "smooth", "accelerating"}
+    if straight or shape.kinds <= {"slowing"}:
         return None
     kinds = shape.kinds - {"slowing"} | {"drift"}
     return replace(shape, kinds=kinds, columns=np.vstack([time_of(k), shape.columns]), line=1)

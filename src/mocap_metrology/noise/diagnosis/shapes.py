@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
+from itertools import islice
 
 import numpy as np
 
@@ -20,7 +21,8 @@ CONSTANTS = np.geomspace(0.005, 0.7, 20)  # of a warm-up, over the recording
 POWERS = np.array([0.3, 0.4, 0.5, 0.6])  # of time; less is a logarithm, more a straight line
 FINER = 8  # places a cycle of the search for one
 SMOOTH, BESIDE = (4, 8, 16, 32, 48), 4  # cosines of any other slow curve; of one beside a cycle
-MOST_STEPS, MOST_BENDS = 8, 10
+MOST_STEPS, MOST_BENDS, MOST_BESIDE = 8, 10, 4
+SIDE = 10  # blocks before and after a step, at least, that may have curves of their own
 PHASES = np.arange(24) / 24  # of equal steps at equal times
 SLOW = (0.3, 0.7, 1.5)  # constants of the slower of two approaches, over the recording
 HARMONICS, PERIODS = 3, 3.0  # of a cycle of another form; of one that is named
@@ -107,15 +109,20 @@ def _two_approaches(z: Floats, t: Floats) -> Iterator[Shape]:
 
 
 def _curves_and_steps(z: Floats, t: Floats) -> Iterator[Shape]:
-    """A curve and a step, in turn, each beside the other."""
+    """A curve and a step, in turn, each beside the other; and the curve beside several."""
     for kind in ("warm_up", "creep"):
         curve, step = partial(CURVES[kind], t + 0.5), None
         for _ in range(4):
             constant = refined_place(z, t, curve, CONSTANTS, False, step)
             beside = np.array([np.ones(z.size), curve(constant)])
-            stepped = next(_several_steps(z, beside, frozenset({kind})))
+            steps = _several_steps(z, beside, frozenset({kind}))
+            stepped = next(steps)
             step = stepped.columns[-1:]
         yield replace(stepped, searched=1 + PLACE, line=0)
+        for one in islice(steps, MOST_BESIDE - 1):
+            constant = refined_place(z, t, curve, CONSTANTS, False, one.columns[1:])
+            columns = np.vstack([curve(constant), one.columns[1:]])
+            yield replace(one, columns=columns, searched=one.searched + 1)
 
 
 def _cycles(z: Floats, k: np.ndarray) -> Iterator[Shape]:
@@ -192,7 +199,8 @@ def _steps(z: Floats, time: Floats) -> Iterator[Shape]:
                 first, *rest = shape.solved(z)
                 if all(0 <= first * size <= size**2 for size in rest):  # else a spike
                     yield shape
-            for orders in ((1,), (1, 2)):  # another line before than after, or another parabola
+            bends = ((1,), (1, 2)) if SIDE <= begun <= n - SIDE else ()
+            for orders in bends:  # another line before than after, or another parabola
                 powers = (time - time[begun]) ** np.array(orders)[:, None]
                 bent = np.vstack([powers, powers * (t >= begun), t >= begun])
                 shape = Shape(frozenset({"step", "smooth"}), bent, PLACE, (float(begun),))

@@ -31,6 +31,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mocap_metrology.common.types import Floats
+from mocap_metrology.noise.diagnosis.block_means import block_length, mean_variance, means_of_blocks
 from mocap_metrology.noise.diagnosis.shape import AT_ONCE, LEVELS, Shape, on_line
 from mocap_metrology.noise.diagnosis.shapes import LAWLESS, PERIODS, shapes
 from mocap_metrology.noise.diagnosis.slow_noises import by_parts, likeliest_sums, spectra
@@ -39,12 +40,9 @@ from mocap_metrology.noise.fit.estimates import Z_95
 LEVEL, NOTHING = 0.03, 1e-3  # of what is excluded; of white noise alone
 USUAL = 7  # series of a recording
 WALK = 1 / 3  # of every other noise, beside a random walk
-LOUD, SURE = 2.0, 7.0  # times the usual variance of frames; standard errors beyond it, at least
-LEFT_OUT, OFTEN = 0.4, 0.05  # of the blocks, at most; from which others may be loud, too
+LEAST_BLOCKS, OFTEN = 60, 0.05  # at least; share of loud ones from which others may be so, too
+NEAR, LOUDER = 20, 1.5  # blocks from a change; times the variance elsewhere that counts there
 MOST_FREE, SIZED = 30, 3.3  # blocks that are missing where it shifts; standard errors of size
-LEAST_FRAMES = 8  # of a block, to know that variance
-MOST_BLOCKS, LEAST_BLOCKS = 1000, 60
-FEW_BLOCKS, BLOCK_S = 100, 1.0  # at least, of a short recording; what is faster is no slow wander
 SLOWEST = 30  # coefficients that show whether noise is bounded
 WHITE, GAUSSIAN = 1.95, 8.0  # Kolmogorov's statistic; standard errors of the kurtosis
 KINDS = (
@@ -78,7 +76,8 @@ class Wander:
     s and signed size in mm of every change at once; curve: (2, n) times in s and the positions
     of a shape that has some; moved_mm: of that shape, from start to end, without these changes;
     error_mm: standard error of the size of one step or shift; slope: of a straight line, mm/s, with
-    its standard error; slowest: of slow noise (see `_slowest`).
+    its standard error; slowest: of slow noise (see `_slowest`); lost_s: that is missing where the
+    first change at once is, from its time on.
     """
 
     kinds: tuple[str, ...]
@@ -95,6 +94,7 @@ class Wander:
     error_mm: float = math.nan
     slope: tuple[float, float] = NONE
     slowest: Floats | None = field(default=None, repr=False, compare=False)
+    lost_s: float = 0.0
 
     @property
     def of(self) -> frozenset[str]:
@@ -153,6 +153,12 @@ class Wander:
         return abs(self.size_mm) - Z_95 * self.error_mm, abs(self.size_mm) + Z_95 * self.error_mm
 
     @property
+    def returns(self) -> bool:
+        """Whether the second of two changes at once undoes the first, but for a fifth."""
+        sizes = [size for _, size in self.jumps]
+        return len(sizes) != 2 or abs(sum(sizes)) <= abs(sizes[0]) / 5
+
+    @property
     def lasting_s(self) -> float:
         """Duration of a shift, from its begin to its end, s."""
         return self.at_s[1] - self.at_s[0] if "shift" in self.kinds else math.inf
@@ -165,7 +171,7 @@ def signature(series: np.ndarray, frame_rate_hz: float, n_series: int = 1) -> Wa
 
     rarer = 2 * math.log(max(n_series / USUAL, 1.0))
     length = block_length(series.size, frame_rate_hz)
-    z, k, loud = _means(series, length)
+    z, k, loud = means_of_blocks(series, length)
     if z.size < LEAST_BLOCKS or not np.ptp(z) > 0:
         return None
     z = z - np.median(z)
@@ -190,15 +196,20 @@ def signature(series: np.ndarray, frame_rate_hz: float, n_series: int = 1) -> Wa
     noise = noise if slow and gaussian and sure_walk else ""
     block_s = length / frame_rate_hz
     begun = np.append(k[0], k[:-1] + 1)  # after missing blocks: where these begin
+    lost = int(k[int(shape.at[0])] - begun[int(shape.at[0])]) if shape.placed and shape.at else 0
     at = tuple(block_s * (begun[int(a)] if shape.placed else a) for a in shape.at)
     short = "shift" in shape.kinds and at[1] - at[0] < LASTING_S
     sure -= {"shift"} if short else set()
     sure -= set() if gaussian else {"shift", "cycle"}  # as heavy tails, switches may be
     sure -= {"warm_up"} if shape.kinds >= LAWLESS else set()  # a constant is of one approach
     unsure = shape.separate and abs(shape.size(solved)) < SIZED * fitted.errors[shape.main]
-    unsure |= shape.separate and any(k[int(a)] - k[int(a) - 1] > MOST_FREE + 1 for a in shape.at)
+    unsure |= shape.separate and any(k[a] - k[a - 1] > MOST_FREE + 1 for a in _places(shape))
     if unsure or (not gaussian and all(noise not in FAST for _, noise in near)):
         sure -= AT_ONCE  # which what it consists of may be, if it adds up
+        sure -= (
+            sure if all(kinds & AT_ONCE for kinds, _ in near) else set()
+        )  # nor what is beside it
+    slope = shape.line and "drift" in shape.kinds
     span_s = (k[-1] - k[0]) * block_s
     if "cycle" in sure and span_s < PERIODS * at[-1]:
         sure, noise = sure - {"cycle", "drift"}, ""  # what is beside it may be of its form
@@ -215,7 +226,7 @@ def signature(series: np.ndarray, frame_rate_hz: float, n_series: int = 1) -> Wa
         noise,
         possible,
         float(last.mean() - first.mean()),
-        math.sqrt(_mean_variance(first) + _mean_variance(last)),
+        math.sqrt(mean_variance(first) + mean_variance(last)),
         float(np.ptp([np.median(z[at : at + few]) for at in range(0, z.size, few)])),
         shape.size(solved),
         at,
@@ -223,8 +234,9 @@ def signature(series: np.ndarray, frame_rate_hz: float, n_series: int = 1) -> Wa
         np.array([(k + 0.5) * block_s, shape.curve(solved)]) if jumps else None,
         shape.moved(solved),
         float(fitted.errors[shape.main]) if single else math.nan,
-        (float(solved[0]) / span_s, float(fitted.errors[0]) / span_s) if shape.line else NONE,
+        (float(solved[0]) / span_s, float(fitted.errors[0]) / span_s) if slope else NONE,
         _slowest(z) if slow and noise in ("", "random_walk") else None,
+        lost * block_s,
     )
 
 
@@ -238,41 +250,6 @@ def _slowest(z: Floats) -> Floats:
     best = walks[np.argmin(_bic(y, y[:0, None], 1 / walks, np.log(walks).sum(axis=1)))]
     whitened = y / np.sqrt(best * np.mean(y**2 / best))
     return np.array([whitened, 1 - white[0] / best])[:, :SLOWEST]
-
-
-def block_length(size: int, frame_rate_hz: float) -> int:
-    """Frames of a block of so many frames."""
-    usual = min(round(BLOCK_S * frame_rate_hz), size // FEW_BLOCKS)
-    return max(usual, -(-size // MOST_BLOCKS), 1)
-
-
-def _means(series: np.ndarray, length: int) -> tuple[Floats, np.ndarray, float]:
-    """Means (n,) of the blocks that are there, and their numbers; blocks of fewer than three
-    quarters of the usual number of samples are not, nor those in which frames scatter far more
-    about a straight line than they do usually: of noise that is loud, or of a vibration. And the
-    share of these."""
-    rows = series[: series.size // length * length].reshape(-1, length)
-    known = np.isfinite(rows)
-    count = known.sum(axis=1)
-    usual = np.median(count[count > 0]) if count.any() else math.inf
-    there = np.flatnonzero(count >= 0.75 * usual)
-    rest = np.where(known[there], rows[there], 0.0)
-    mean = rest.sum(axis=1) / count[there]
-    if length >= LEAST_FRAMES and there.size:
-        time = np.arange(length) - (length - 1) / 2
-        off = np.where(known[there], rest - mean[:, None], 0.0)
-        square = (off**2).sum(axis=1) - (off @ time) ** 2 / (time @ time)
-        quiet = square <= max(LOUD, 1 + SURE * math.sqrt(2 / length)) * np.median(square)
-        if quiet.mean() >= 1 - LEFT_OUT:
-            there, mean = there[quiet], mean[quiet]
-        return mean, there, float(1 - quiet.mean())
-    return mean, there, 0.0
-
-
-def _mean_variance(values: Floats) -> float:
-    """Variance of the mean of correlated values, by the means of eighths."""
-    parts = np.array([part.mean() for part in np.array_split(values, min(8, values.size))])
-    return float(parts.var(ddof=1) / parts.size) if parts.size > 1 else math.nan
 
 
 def _fits(
@@ -290,7 +267,7 @@ def _fits(
     likely |= {"sum": likeliest_sums(y), "steep": likely.pop("steep")}
     every = [one for shape in shapes(z, k) for one in (shape, on_line(shape, k)) if one]
     fits: dict[tuple[frozenset[str], str], float] = {}
-    best = math.inf, every[0], y[None], y
+    best, free = (math.inf, every[0], y[None], y), np.empty(0, int)
     sizes = [len(rows) for rows in likely.values()]
     stacked, ends = np.concatenate(list(likely.values())), np.cumsum(sizes)
     added = np.repeat([ADDED.get(noise, 1) for noise in likely], sizes)
@@ -315,25 +292,33 @@ def _fits(
         for kinds, line, alone in plain:
             value = least - named + by_parts(y, line, alone) + (len(line) + 1) * math.log(n)
             fits[kinds, "louder"] = min(value, fits.get((kinds, "louder"), math.inf))
-    if shape.separate:
-        blocks, rows = _at_changes(z, k, shape)
+    if shape.whole.separate:
+        shape = shape.whole
+        blocks, rows, free = _at_changes(z, k, shape)
         y, columns = (dst(np.diff(values), type=1, norm="ortho") for values in (blocks, rows))
         noises = np.concatenate([*spectra(y.size).values()][:-1])
         logs = np.log(noises).sum(axis=1) + math.log(n) * (np.arange(len(noises)) > 0)
         spectrum = noises[np.argmin(_bic(y, columns, 1 / noises, logs))]
-    fitted = _fitted(y, columns, spectrum, len(shape.columns))
+    fitted = _fitted(y, columns, spectrum, len(shape.columns), free)
     return fits, shape, fitted._replace(solved=shape.solved(z)) if shape.kinds & LEVELS else fitted
 
 
-def _at_changes(z: Floats, k: np.ndarray, shape: Shape) -> tuple[Floats, Floats]:
-    """Blocks (n,), with those that are missing where a shape changes, and its columns, with one for
-    each block that says nothing of sizes: it is missing, or the change may come within it."""
-    places = np.array(shape.at, int)
+def _places(shape: Shape) -> np.ndarray:
+    """Blocks in which it changes at once."""
+    return np.array(shape.at[:1] if "fades" in shape.kinds else shape.at, int)
+
+
+def _at_changes(z: Floats, k: np.ndarray, shape: Shape) -> tuple[Floats, Floats, np.ndarray]:
+    """Blocks (n,), with those that are missing where a shape changes, its columns, with one for
+    each block that says nothing of sizes (it is missing, or the change may come within it), and
+    these blocks."""
+    places = _places(shape)
     lost = np.minimum(k[places] - k[places - 1] - 1, MOST_FREE)
     at, beside = np.repeat(places, lost), places[lost == 0]
     free = np.insert(np.isin(np.arange(z.size), [beside - 1, beside]), at, True)
     columns = np.insert(shape.columns, at, shape.columns[:, at], axis=1)
-    return np.insert(z, at, z[at]), np.vstack([columns, np.eye(free.size)[free]])
+    every = np.vstack([columns, np.eye(free.size)[free]])
+    return np.insert(z, at, z[at]), every, np.flatnonzero(free)
 
 
 class Fitted(NamedTuple):
@@ -346,7 +331,8 @@ class Fitted(NamedTuple):
     gaussian: bool
 
 
-def _fitted(y: Floats, X: Floats, spectrum: Floats, n_own: int) -> Fitted:
+def _fitted(y: Floats, X: Floats, spectrum: Floats, n_own: int, at: np.ndarray) -> Fitted:
+    """at: blocks near which the noise counts, where it is louder than elsewhere."""
     from scipy.fft import dst
 
     root, n = np.sqrt(spectrum), y.size
@@ -358,7 +344,11 @@ def _fitted(y: Floats, X: Floats, spectrum: Floats, n_own: int) -> Fitted:
     white = np.abs(grown - np.arange(1, n + 1) / n).max() * math.sqrt(n / 2) < WHITE
     values = dst(rest, type=1, norm="ortho")
     excess = (np.mean(values**4) / np.mean(values**2) ** 2 - 3) * math.sqrt(n / 24)
-    values, errors = solved[:n_own].astype(float), np.sqrt(np.diag(covariance))[:n_own]
+    known = np.delete(np.arange(n), at[at < n])
+    near = np.abs(known[:, None] - at).min(axis=1, initial=n) < NEAR
+    louder = np.mean(values[known[near]] ** 2) / np.mean(values**2) if near.any() else 1.0
+    errors = np.sqrt(np.diag(covariance) * (louder if louder > LOUDER else 1.0))[:n_own]
+    values = solved[:n_own].astype(float)
     return Fitted(values, errors, bool(white), bool(white and excess < GAUSSIAN))
 
 

@@ -55,7 +55,7 @@ def sentences(
     if not all_keep_moving(by_marker):
         parts = [
             _events(diagnosis, recording, settings),
-            _periodic(diagnosis.lines, recording),
+            _periodic(diagnosis, recording),
             _resonances(diagnosis, recording),
             _misfit(noise, diagnosis),
             _wanders(diagnosis, noise, recording),
@@ -117,8 +117,9 @@ def outcome(event: Event) -> str:
     return words.get(event.outcome, event.outcome)
 
 
-def _periodic(lines: Sequence[SpectralLine], recording: Recording) -> Iterator[Sentence]:
+def _periodic(diagnosis: Diagnosis, recording: Recording) -> Iterator[Sentence]:
     """One a frequency, with all series that show it, and one for all multiples of one."""
+    lines = diagnosis.lines
     groups = sorted(disturbances(lines, recording.duration_s), key=lambda one: not one.matters)
     f_hz, teeth = comb(groups, recording.duration_s)
     if teeth:
@@ -134,7 +135,9 @@ def _periodic(lines: Sequence[SpectralLine], recording: Recording) -> Iterator[S
         yield sentence("periodic.comb", matter, rms, numbers, mains=mains)
         groups = [one for one in groups if one not in teeth]
     if not lines:
-        yield sentence("periodic.none", False, (), {"n_lines": 0})
+        slow = any("cycle" in one.kinds for one in diagnosis.wanders.values())
+        slow = slow or bool(diagnosis.recurring)
+        yield sentence("periodic.none", False, (), {"n_lines": 0}, slow=slow)
     if len(groups) > NAMED:
         matter = all(one.matters for one in groups[:NAMED])
         yield sentence("periodic.many", matter, (), {"n_lines": len(groups)}, named=NAMED)
@@ -203,13 +206,12 @@ def _wanders(
         values = {"name": name, "per_hour": drift[name], "seconds": seconds}
         yield sentence("drift.model", False, drift, {k: numbers[k] for k in drift}, **values)
     for kind, name, sizes in findings.other_wanders(recording, diagnosis, parts):
-        values = {
-            "name": name,
-            "one": diagnosis.wanders[name],
-            "seconds": seconds,
-            "longer": LONGER,
-            "times_s": findings.times_of(diagnosis.wanders[name], diagnosis),
-        }
+        one = diagnosis.wanders[name]
+        times_s = findings.times_of(one, diagnosis)
+        begin_s = one.at_s[0] if kind == "shift" else times_s[0] if times_s else 0.0
+        when = render("wander.when", begin_s=begin_s, lost_s=one.lost_s, near_s=NEAR_S)
+        values = {"name": name, "one": one, "seconds": seconds, "longer": LONGER}
+        values |= {"times_s": times_s, "when": when}
         yield sentence(f"wander.{kind}", kind != "drift", sizes, {f"{kind}_mm": sizes}, **values)
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from scipy.special import ndtr, ndtri, stdtr, stdtrit
+from scipy.special import comb, ndtr, ndtri, stdtr, stdtrit
 
 from mocap_metrology.common.types import Floats
 
@@ -23,6 +23,7 @@ LEAST = 3.5  # s_p: the smallest tolerance that a series which is not capable ca
 CAPABLE = 0.5  # s_p by which the tolerance of a series that is may be below that
 OFTEN = 3, 6  # values beyond the tolerance, of so many running, that make a series not valid
 FEW = 6  # series together of which this holds
+PARTED = 1e-3  # chance that an unchanged series of FEW, of any scatter, changes while it is learnt
 ONE_SIDED = 1.645  # 95 % of a normal distribution lies below
 CELLS = 250  # of the Markov chain
 
@@ -103,8 +104,8 @@ class Chart:
     which takes it consists; tolerance; least: tolerance in s_p that can be watched; q: of the take
     against the baseline; cusum: the larger of both sides; since: first value of its run; shift:
     mean from there on minus that of the baseline; learning; beyond: the tolerance; unusual: by Q;
-    drifting: by CUSUM, shift and the mean of the last five values of its run; parted: change within
-    the baseline, 0 where it has none.
+    drifting: by CUSUM, shift and the mean of the last five values of its run; parted, apart: change
+    within the baseline, and takes at the rarer of its levels (`_parted`).
     """
 
     value: Floats
@@ -123,6 +124,7 @@ class Chart:
     unusual: np.ndarray
     drifting: np.ndarray
     parted: Floats
+    apart: np.ndarray
 
     @property
     def capable(self) -> np.ndarray:
@@ -230,33 +232,50 @@ def chart(
         beyond,
         np.abs(q) > limit.q,
         (cusum > limit.cusum) & moved,
-        np.where(learning, 0.0, _parted(x, baseline, m, watched, limit)),
+        *(np.where(learning, 0, of) for of in _parted(x, baseline, m, watched, limit)),
     )
 
 
 def _parted(
     x: Floats, chosen: np.ndarray, m: np.ndarray, watched: WatchLimits, limit: Limits
-) -> Floats:
-    """(n,) largest change within the chosen values before each, of the means of two or more before
-    and after some place, where it is beyond the tolerance, or 3.5 standard errors; else 0."""
-    found = np.zeros(x.size)
+) -> tuple[Floats, np.ndarray]:
+    """(n,) change within the chosen values before each, 0 where they have none; (n,) how many are
+    at the rarer of two levels, 0 of a step in time. The likelier one leaves the least squares."""
+    change, apart = np.zeros(x.size), np.zeros(x.size, dtype=np.int64)
     for k in np.flatnonzero(m >= LEARNT):
-        if m[k] == m[k - 1]:
-            found[k] = found[k - 1]
-            continue
-        known = x[:k][chosen[:k]] - x[0]
-        at, n = np.arange(2, known.size - 1), known.size
-        first, total = np.cumsum(known)[at - 1], known.sum()
-        change = (total - first) / (n - at) - first / at
-        rest = known @ known - first**2 / at - (total - first) ** 2 / (n - at)
-        mean, dof = np.full(at.size, total / n + x[0]), np.full(at.size, n - 1)
-        spread = np.sqrt(np.maximum(rest, 0) / (n - 2))
-        tolerance, scatter = _widths(dof, mean, spread, watched)
-        error = scatter * np.sqrt(1 / at + 1 / (n - at))
-        reach = np.maximum(tolerance, limit.least(dof) * error) + ONE_SIDED * error
-        change = np.where(np.abs(change) > reach, change, 0.0)
-        found[k] = change[np.argmax(np.abs(change))]
-    return found
+        change[k], apart[k] = change[k - 1], apart[k - 1]
+        if m[k] != m[k - 1]:
+            known = x[:k][chosen[:k]]
+            found = [_divided(known, watched, limit, levels) for levels in (False, True)]
+            _, change[k], apart[k] = min(found, key=lambda one: one[0])
+    return change, apart
+
+
+def _divided(
+    known: Floats, watched: WatchLimits, limit: Limits, levels: bool
+) -> tuple[float, float, int]:
+    """Sum of squares, change and smaller number of the n values, where the means of two parts
+    differ by more than the tolerance and by more than chance; else infinite, 0 and 0.
+
+    Parts are two values or more before and after a moment, or those that are larger and smaller
+    (levels). Each division has Student's t of n - 2 degrees of freedom, so PARTED is shared by all
+    divisions in time, or by the sizes of the smaller part and the divisions of that size
+    (Bonferroni). The scatter is that of the parts, or the stated one where it is larger.
+    """
+    y, n = (np.sort(known) if levels else known) - known[0], known.size
+    at = np.arange(1, n) if levels else np.arange(2, n - 1)
+    first, total, fewer = np.cumsum(y)[at - 1], y.sum(), np.minimum(at, n - at)
+    change = (total - first) / (n - at) - first / at
+    squares = np.maximum(y @ y - first**2 / at - (total - first) ** 2 / (n - at), 0)
+    tolerance, stated = watched.at(known.mean(keepdims=True))
+    error = np.maximum(np.sqrt(squares / (n - 2)), stated) * np.sqrt(1 / at + 1 / (n - at))
+    number = n // 2 * comb(n, fewer) if levels else at.size
+    times = -stdtrit(n - 2, PARTED * min(FEW / limit.n_series, 1) / 2 / number)
+    is_real = np.abs(change) > np.maximum(tolerance + ONE_SIDED * error, times * error)
+    if not is_real.any():
+        return np.inf, 0.0, 0
+    best = np.argmin(np.where(is_real, squares, np.inf))
+    return float(squares[best]) * (1 + 1e-6 * levels), float(change[best]), fewer[best] * levels
 
 
 def _earlier_moments(x: Floats, chosen: np.ndarray) -> tuple[np.ndarray, Floats, Floats]:

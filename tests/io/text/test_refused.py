@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from text_files import FIRST_ROW, NEXUS, PLAIN, make, read, refusal, row, spoilt
+from text_files import FIRST_ROW, MOTIVE, NEXUS, PLAIN, make, read, refusal, row, spoilt
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.header import READ
@@ -209,3 +209,17 @@ def test_a_row_without_its_time_is_no_gap(tmp_path, name):
     own, mark = row(name, 9), "," if name == "m.csv" else "\t"
     path = spoilt(tmp_path, name, f"{own.strip()}", own.split(mark)[0])
     assert "has no time, as other lines have" in refusal(path)
+
+
+@pytest.mark.parametrize("between", ["\r\n", ",,,\r\n\r\n,,mm,mm,mm,mm,mm,mm\r\n"])
+def test_numbers_below_an_empty_line_of_nexus_are_not_left_out(tmp_path, between):
+    """An empty line ends a section, so that half of the frames would be lost without a word."""
+    rows = NEXUS.splitlines(keepends=True)
+    said = refusal(make(tmp_path, "n.csv", "".join([*rows[:15], between, *rows[15:]])))
+    assert "line 16 is empty, and numbers go on in line" in said
+
+
+def test_positions_of_a_type_that_motive_has_not_are_told(tmp_path):
+    spoilt_type = MOTIVE.replace("Marker,Marker,Marker,Marker", "Marker,Marker,Marker,Trained", 1)
+    notes = read(make(tmp_path, "m.csv", spoilt_type), ("A",)).notes
+    assert any("not known are not read: B (trained), B (marker)" in note for note in notes)

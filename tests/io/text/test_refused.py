@@ -219,6 +219,11 @@ def test_numbers_below_an_empty_line_of_nexus_are_not_left_out(tmp_path, between
     assert "line 16 is empty, and numbers go on in line" in said
 
 
+def test_a_title_of_nexus_that_is_spoilt_leaves_no_marker_out(tmp_path):
+    said = refusal(spoilt(tmp_path, "n.csv", "X,Y,Z,X,Y,Z", "X,Y,Z,X,[,Z"))
+    assert said.startswith("n.csv: line 4: column 6 is X, not in a row of X, Y, Z; export again")
+
+
 def test_positions_of_a_type_that_motive_has_not_are_told(tmp_path):
     spoilt_type = MOTIVE.replace("Marker,Marker,Marker,Marker", "Marker,Marker,Marker,Trained", 1)
     notes = read(make(tmp_path, "m.csv", spoilt_type), ("A",)).notes

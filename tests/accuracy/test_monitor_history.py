@@ -187,6 +187,7 @@ def line(number: int, **cells: str) -> Line:
         ({"markers": "A;C"}, 'column markers: "A;C"; expected "A;B", as row 2'),
         ({"n_cameras": "7"}, 'column n_cameras: "7"; expected "8", as row 2'),
         ({"monitor": "", "baseline": "yes"}, 'column baseline: "yes"; expected nothing'),
+        ({"monitor": "HALL"}, 'column monitor: "HALL"; expected hall, as in the rows before'),
     ],
 )
 def test_rows_that_do_not_belong_together(cells: dict[str, str], words: str) -> None:

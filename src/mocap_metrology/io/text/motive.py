@@ -70,7 +70,10 @@ def layout(path: Path) -> Layout:
         header, fields.get("Rotation Type", ""), path.name
     )
     total = fields.get("Total Exported Frames", "")
-    rates = [rate(fields.get(name, "")) for name in ("Export Frame Rate", "Capture Frame Rate")]
+    rates = [
+        rate(fields.get(name, ""), path.name)
+        for name in ("Export Frame Rate", "Capture Frame Rate")
+    ]
     times = [i for i, cell in enumerate(rows[-1]) if cell.lower().startswith("time (")]
     return Layout(
         path=path,

@@ -82,10 +82,10 @@ def refuse_old(path: Path) -> None:
 def _rate(line: Line, delimiter: str, name: str) -> float:
     """The frame rate in Hz; it stands alone on its line, else a decimal comma would cut it."""
     first, *others = quoted_cells(line.text, delimiter) or [""]
-    if any(cell.strip() for cell in others):
+    if any(cell.strip() for cell in others) or (delimiter == "," and "," in first):
         where = f"{name}: line {line.number} is {line.text.strip()!r}"
         raise Refusal(f"{where}; expected the frame rate in Hz alone")
-    return rate(first)
+    return rate(first, name)
 
 
 def layout(path: Path) -> Layout:

@@ -204,35 +204,29 @@ def chart(
     least = limit.least(m)
     count, all_mean, all_spread = _earlier_moments(x, np.ones(x.size, dtype=bool))
     running = np.clip(_self_starting_q(x, count, all_mean, all_spread), -CLIP, CLIP)
-    high, since_high = _cusum(running)
-    low, since_low = _cusum(-running)
+    (high, since_high), (low, since_low) = _cusum(running), _cusum(-running)
     cusum, since = np.maximum(high, low), np.where(high >= low, since_high, since_low)
     total = np.concatenate([[0.0], np.cumsum(x - x[:1].sum())])
     length = np.arange(x.size) + 1 - since
     recent = (total[1:] - total[since]) / length + x[:1].sum()
-    shift = np.where(learning, np.nan, recent - mean)
+    gap = np.where(learning, np.nan, 0.0)
+    shift = recent - mean + gap
     few = np.minimum(length, LEARNT)  # what came back has not moved
     latest = (total[1:] - total[np.arange(x.size) + 1 - few]) / few + x[:1].sum() - mean
     moved = (np.abs(shift) > tolerance / 2) & (np.copysign(1, shift) * latest > tolerance / 4)
-    q = np.where(learning, np.nan, _self_starting_q(x, m, mean, spread))
+    q = _self_starting_q(x, m, mean, spread) + gap
     beyond = ~learning & (np.abs(x - mean) > _allowed_distance(m, tolerance, scatter, least))
+    parted, apart = _parted(x, baseline, m, watched, limit)
     return Chart(
         x,
         m,
         baseline,
-        np.where(learning, np.nan, mean),
-        np.where(learning, np.nan, scatter),
-        np.where(learning, np.nan, tolerance),
-        least,
-        q,
-        cusum,
+        *(mean + gap, scatter + gap, tolerance + gap, least, q, cusum),
         since,
         shift,
-        learning,
-        beyond,
-        np.abs(q) > limit.q,
-        (cusum > limit.cusum) & moved,
-        *(np.where(learning, 0, of) for of in _parted(x, baseline, m, watched, limit)),
+        *(learning, beyond, np.abs(q) > limit.q, (cusum > limit.cusum) & moved),
+        np.where(learning, 0.0, parted),
+        np.where(learning, 0, apart),
     )
 
 
@@ -245,8 +239,7 @@ def _parted(
     for k in np.flatnonzero(m >= LEARNT):
         change[k], apart[k] = change[k - 1], apart[k - 1]
         if m[k] != m[k - 1]:
-            known = x[:k][chosen[:k]]
-            found = [_divided(known, watched, limit, levels) for levels in (False, True)]
+            found = [_divided(x[:k][chosen[:k]], watched, limit, how) for how in (False, True)]
             _, change[k], apart[k] = min(found, key=lambda one: one[0])
     return change, apart
 
@@ -257,10 +250,9 @@ def _divided(
     """Sum of squares, change and smaller number of the n values, where the means of two parts
     differ by more than the tolerance and by more than chance; else infinite, 0 and 0.
 
-    Parts are two values or more before and after a moment, or those that are larger and smaller
-    (levels). Each division has Student's t of n - 2 degrees of freedom, so PARTED is shared by all
-    divisions in time, or by the sizes of the smaller part and the divisions of that size
-    (Bonferroni). The scatter is that of the parts, or the stated one where it is larger.
+    Parts are two values or more before and after a moment, or the larger and the smaller (levels).
+    Each division has Student's t of n - 2 degrees of freedom: PARTED is shared by those in time, or
+    by sizes of a part and divisions of a size (Bonferroni); the stated scatter is the least.
     """
     y, n = (np.sort(known) if levels else known) - known[0], known.size
     at = np.arange(1, n) if levels else np.arange(2, n - 1)

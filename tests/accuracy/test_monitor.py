@@ -95,6 +95,18 @@ def test_an_unchanged_baseline_has_no_change_within() -> None:
         assert of(x + (np.arange(11) >= 4)).parted[-1] == pytest.approx(1, abs=0.3)
 
 
+@pytest.mark.parametrize(("shift", "rarer"), [(np.arange(11) % 2, 5), (np.arange(11) < 1, 1)])
+def test_levels_of_a_baseline_are_no_scatter(shift: np.ndarray, rarer: int) -> None:
+    """Of two operators by turns, and of a first take that was named as of the baseline; of 300
+    unchanged ones, whose scatter is 20 times the stated one, 1 in 1,000 is called so."""
+    rng = np.random.default_rng(7)
+    for x in rng.normal(0, 0.05, (30, 11)):
+        found = of(x + 2 * shift, marked=10)
+        assert found.parted[-1] == pytest.approx(2, abs=0.2) and found.apart[-1] == rarer
+        assert words(found)[-1][0] == "note"
+    assert sum(bool(of(x, 10).parted[-1]) for x in rng.normal(0, 2, (300, 11))) <= 3
+
+
 def test_a_take_beyond_the_tolerance_is_not_learnt() -> None:
     x = np.random.default_rng(5).normal(0, 0.1, 15)
     x[6] = 2.0

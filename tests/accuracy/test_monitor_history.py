@@ -139,6 +139,16 @@ def test_a_step_within_the_baseline_is_said(tmp_path: Path, at: int) -> None:
 
 
 @pytest.mark.usefixtures("undrawn")
+def test_a_first_take_unlike_the_others_is_named(tmp_path: Path) -> None:
+    every = takes()
+    for marker in "AB":
+        every["t1"]["take"]["places_mm"][marker][0] += 3
+    early, late = (monitor("hall", rows()[:k], every, Settings(), tmp_path) for k in (6, 11))
+    assert "t1 is not in the baseline: beyond the tolerance of the other first" in early["line"]
+    assert late["word"] == "pass" and "not in the baseline" not in late["line"]
+
+
+@pytest.mark.usefixtures("undrawn")
 def test_values_that_repeat_are_no_take(tmp_path: Path) -> None:
     """A take exported twice, and a stream that stands still, would be as the baseline for ever."""
     every = takes()
@@ -177,6 +187,7 @@ def line(number: int, **cells: str) -> Line:
         ({"markers": "A;C"}, 'column markers: "A;C"; expected "A;B", as row 2'),
         ({"n_cameras": "7"}, 'column n_cameras: "7"; expected "8", as row 2'),
         ({"monitor": "", "baseline": "yes"}, 'column baseline: "yes"; expected nothing'),
+        ({"monitor": "HALL"}, 'column monitor: "HALL"; expected hall, as in the rows before'),
     ],
 )
 def test_rows_that_do_not_belong_together(cells: dict[str, str], words: str) -> None:

@@ -1,17 +1,22 @@
 """`mocap-metrology check --bar`: from a file of a moved bar to words, numbers and a figure."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from mocap_metrology.accuracy.bar import BarEntry
 from mocap_metrology.accuracy.twin import BarErrors, BarMotion, BarTwin, simulate_bar
 from mocap_metrology.cli import main
 from mocap_metrology.common.files import read_csv
 from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.present.plot.figure import caption_of
 from mocap_metrology.recording.bar import FILES
+from mocap_metrology.recording.bar_take import read_bar
+from mocap_metrology.recording.clean import Entry
+from mocap_metrology.settings import Settings
 
 RATE = 50.0
 
@@ -50,6 +55,19 @@ def test_a_certified_bar_is_judged(passes: list[str], capsys) -> None:
     assert found["size_mm"] == pytest.approx(row["p95"] + 0.04)
     title, caption = caption_of(folder / "bar.png")
     assert title == "pass-0: length of the bar" and "5 % of the frames" in caption
+
+
+def test_another_marker_taken_for_an_end_is_told(tmp_path: Path) -> None:
+    """For half a second, 100 mm aside along the bar: too long to be a spike, too short for p95."""
+    bar = BarErrors(500.0, rest=0.1, frame=0.03)
+    ends = simulate_bar(BarTwin("t", bar, 1, 30.0, RATE)).position_mm
+    ends[1, 0, 300:325] += 100
+    position = np.moveaxis(ends, 2, 0).astype(np.float32)
+    write_c3d(tmp_path / "a.c3d", ["A", "B"], RATE, [position], position.shape[0])
+    named = {"recording": "a", "source": "measured", "twin": None}
+    entry = Entry([str(tmp_path / "a.c3d")], [])
+    (said,) = read_bar(entry, BarEntry("A-B", 500.0), Settings(), named).warnings
+    assert re.search(r"in 25 frames, the first at 6 s, by up to (99\.\d|100|10[0-1]) mm", said)
 
 
 def test_files_are_passes_of_their_own_and_have_intervals(passes: list[str], capsys) -> None:

@@ -117,6 +117,7 @@ SAID = [
     ("bar.few", {"passes": 1, "fewest": 3}, "1, 3"),
     ("bar.few", {"passes": 4, "few": 2, "of": 5, "fewest": 3}, "2, 5, 3"),
     ("bar.seen", {"seen": 0.7}, "70 %"),
+    ("bar.gross", {"n": 1, "at_s": 6.0, "largest": 99.0, "pair": ("A", "B")}, "1, 6 s, 99 mm"),
     ("bar.reversals", {"n": 2, "pair": ("A", "B")}, "2"),
     ("bar.twice", {"name": "x2", "known": "x1"}, "x2, x1"),
     ("bar.change", {"pair": ("A", "B"), "change": -2.01, "at_s": 30.0}, "−2.01 mm, 30 s"),

@@ -121,6 +121,7 @@ def test_what_is_left_out_is_derived(folder: Path) -> None:
         ("n_cameras", "ten", '"ten"; expected a whole number from 1 to 9999, or nothing'),
         ("camera_ids", "1;1", "expected each camera once"),
         ("frame_rate_hz", "0", '"0"; expected a number of Hz > 0'),
+        ("frame_rate_hz", "1e-9", '"1e-9"; expected a number of Hz > 0, from 0.001 to 1e+06, or'),
         ("frame_rate_hz", "1,000", '"1,000"; expected a number of Hz > 0 (1000, not 1,000)'),
         ("truncated", "yes", '"yes"; expected accept or nothing'),
         ("sha256", "abc", "expected 64 hexadecimal digits for each file"),

@@ -10,6 +10,7 @@ from pydantic import BeforeValidator, Field, field_validator
 
 from mocap_metrology.common.faults import Unfit, unfit, unknown
 from mocap_metrology.common.sheets import parts_of
+from mocap_metrology.io.recording import FASTEST_HZ, SLOWEST_HZ
 from mocap_workflow.rows import (
     NAME,
     SIMULATE,
@@ -283,8 +284,8 @@ class RecordingRow(SheetRow):
     @field_validator("frame_rate_hz")
     @classmethod
     def _possible_rate(cls, rate: float | None) -> float | None:
-        if rate is not None and not 0 < rate < 1e6:
-            raise Unfit("a number of Hz > 0 and < 1,000,000, or nothing")
+        if rate is not None and not SLOWEST_HZ <= rate <= FASTEST_HZ:
+            raise Unfit(f"a number of Hz > 0, from {SLOWEST_HZ:g} to {FASTEST_HZ:g}, or nothing")
         return rate
 
     @field_validator("sha256")

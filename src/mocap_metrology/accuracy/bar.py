@@ -87,10 +87,8 @@ class BarEntry:
             return None
         try:
             told = json.loads(self.bar_pose)
-            xyzw, u_deg = (
-                np.array([*map(float, told["quaternion_xyzw"])]),
-                float(told.get("u_deg", 0)),
-            )
+            xyzw = np.array([*map(float, told["quaternion_xyzw"])])
+            u_deg = float(told.get("u_deg", 0))
             if xyzw.size == 4 and abs(np.linalg.norm(xyzw) - 1) < 1e-3 and u_deg >= 0:
                 return Pose(xyzw, u_deg)
         except UNREADABLE:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from scipy.special import ndtr, ndtri, stdtr, stdtrit
+from scipy.special import comb, ndtr, ndtri, stdtr, stdtrit
 
 from mocap_metrology.common.types import Floats
 
@@ -23,6 +23,7 @@ LEAST = 3.5  # s_p: the smallest tolerance that a series which is not capable ca
 CAPABLE = 0.5  # s_p by which the tolerance of a series that is may be below that
 OFTEN = 3, 6  # values beyond the tolerance, of so many running, that make a series not valid
 FEW = 6  # series together of which this holds
+PARTED = 1e-3  # chance that an unchanged series of FEW, of any scatter, changes while it is learnt
 ONE_SIDED = 1.645  # 95 % of a normal distribution lies below
 CELLS = 250  # of the Markov chain
 
@@ -103,8 +104,8 @@ class Chart:
     which takes it consists; tolerance; least: tolerance in s_p that can be watched; q: of the take
     against the baseline; cusum: the larger of both sides; since: first value of its run; shift:
     mean from there on minus that of the baseline; learning; beyond: the tolerance; unusual: by Q;
-    drifting: by CUSUM, shift and the mean of the last five values of its run; parted: change within
-    the baseline, 0 where it has none.
+    drifting: by CUSUM, shift and the mean of the last five values of its run; parted, apart: change
+    within the baseline, and takes at the rarer of its levels (`_parted`).
     """
 
     value: Floats
@@ -123,6 +124,7 @@ class Chart:
     unusual: np.ndarray
     drifting: np.ndarray
     parted: Floats
+    apart: np.ndarray
 
     @property
     def capable(self) -> np.ndarray:
@@ -202,61 +204,70 @@ def chart(
     least = limit.least(m)
     count, all_mean, all_spread = _earlier_moments(x, np.ones(x.size, dtype=bool))
     running = np.clip(_self_starting_q(x, count, all_mean, all_spread), -CLIP, CLIP)
-    high, since_high = _cusum(running)
-    low, since_low = _cusum(-running)
+    (high, since_high), (low, since_low) = _cusum(running), _cusum(-running)
     cusum, since = np.maximum(high, low), np.where(high >= low, since_high, since_low)
     total = np.concatenate([[0.0], np.cumsum(x - x[:1].sum())])
     length = np.arange(x.size) + 1 - since
     recent = (total[1:] - total[since]) / length + x[:1].sum()
-    shift = np.where(learning, np.nan, recent - mean)
+    gap = np.where(learning, np.nan, 0.0)
+    shift = recent - mean + gap
     few = np.minimum(length, LEARNT)  # what came back has not moved
     latest = (total[1:] - total[np.arange(x.size) + 1 - few]) / few + x[:1].sum() - mean
     moved = (np.abs(shift) > tolerance / 2) & (np.copysign(1, shift) * latest > tolerance / 4)
-    q = np.where(learning, np.nan, _self_starting_q(x, m, mean, spread))
+    q = _self_starting_q(x, m, mean, spread) + gap
     beyond = ~learning & (np.abs(x - mean) > _allowed_distance(m, tolerance, scatter, least))
+    parted, apart = _parted(x, baseline, m, watched, limit)
     return Chart(
         x,
         m,
         baseline,
-        np.where(learning, np.nan, mean),
-        np.where(learning, np.nan, scatter),
-        np.where(learning, np.nan, tolerance),
-        least,
-        q,
-        cusum,
+        *(mean + gap, scatter + gap, tolerance + gap, least, q, cusum),
         since,
         shift,
-        learning,
-        beyond,
-        np.abs(q) > limit.q,
-        (cusum > limit.cusum) & moved,
-        np.where(learning, 0.0, _parted(x, baseline, m, watched, limit)),
+        *(learning, beyond, np.abs(q) > limit.q, (cusum > limit.cusum) & moved),
+        np.where(learning, 0.0, parted),
+        np.where(learning, 0, apart),
     )
 
 
 def _parted(
     x: Floats, chosen: np.ndarray, m: np.ndarray, watched: WatchLimits, limit: Limits
-) -> Floats:
-    """(n,) largest change within the chosen values before each, of the means of two or more before
-    and after some place, where it is beyond the tolerance, or 3.5 standard errors; else 0."""
-    found = np.zeros(x.size)
+) -> tuple[Floats, np.ndarray]:
+    """(n,) change within the chosen values before each, 0 where they have none; (n,) how many are
+    at the rarer of two levels, 0 of a step in time. The likelier one leaves the least squares."""
+    change, apart = np.zeros(x.size), np.zeros(x.size, dtype=np.int64)
     for k in np.flatnonzero(m >= LEARNT):
-        if m[k] == m[k - 1]:
-            found[k] = found[k - 1]
-            continue
-        known = x[:k][chosen[:k]] - x[0]
-        at, n = np.arange(2, known.size - 1), known.size
-        first, total = np.cumsum(known)[at - 1], known.sum()
-        change = (total - first) / (n - at) - first / at
-        rest = known @ known - first**2 / at - (total - first) ** 2 / (n - at)
-        mean, dof = np.full(at.size, total / n + x[0]), np.full(at.size, n - 1)
-        spread = np.sqrt(np.maximum(rest, 0) / (n - 2))
-        tolerance, scatter = _widths(dof, mean, spread, watched)
-        error = scatter * np.sqrt(1 / at + 1 / (n - at))
-        reach = np.maximum(tolerance, limit.least(dof) * error) + ONE_SIDED * error
-        change = np.where(np.abs(change) > reach, change, 0.0)
-        found[k] = change[np.argmax(np.abs(change))]
-    return found
+        change[k], apart[k] = change[k - 1], apart[k - 1]
+        if m[k] != m[k - 1]:
+            found = [_divided(x[:k][chosen[:k]], watched, limit, how) for how in (False, True)]
+            _, change[k], apart[k] = min(found, key=lambda one: one[0])
+    return change, apart
+
+
+def _divided(
+    known: Floats, watched: WatchLimits, limit: Limits, levels: bool
+) -> tuple[float, float, int]:
+    """Sum of squares, change and smaller number of the n values, where the means of two parts
+    differ by more than the tolerance and by more than chance; else infinite, 0 and 0.
+
+    Parts are two values or more before and after a moment, or the larger and the smaller (levels).
+    Each division has Student's t of n - 2 degrees of freedom: PARTED is shared by those in time, or
+    by sizes of a part and divisions of a size (Bonferroni); the stated scatter is the least.
+    """
+    y, n = (np.sort(known) if levels else known) - known[0], known.size
+    at = np.arange(1, n) if levels else np.arange(2, n - 1)
+    first, total, fewer = np.cumsum(y)[at - 1], y.sum(), np.minimum(at, n - at)
+    change = (total - first) / (n - at) - first / at
+    squares = np.maximum(y @ y - first**2 / at - (total - first) ** 2 / (n - at), 0)
+    tolerance, stated = watched.at(known.mean(keepdims=True))
+    error = np.maximum(np.sqrt(squares / (n - 2)), stated) * np.sqrt(1 / at + 1 / (n - at))
+    number = n // 2 * comb(n, fewer) if levels else at.size
+    times = -stdtrit(n - 2, PARTED * min(FEW / limit.n_series, 1) / 2 / number)
+    is_real = np.abs(change) > np.maximum(tolerance + ONE_SIDED * error, times * error)
+    if not is_real.any():
+        return np.inf, 0.0, 0
+    best = np.argmin(np.where(is_real, squares, np.inf))
+    return float(squares[best]) * (1 + 1e-6 * levels), float(change[best]), fewer[best] * levels
 
 
 def _earlier_moments(x: Floats, chosen: np.ndarray) -> tuple[np.ndarray, Floats, Floats]:

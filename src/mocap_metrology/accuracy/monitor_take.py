@@ -269,7 +269,6 @@ def _columns(one: Judged, is_first: bool) -> dict[str, list[Any]]:
 
     ends = (series.natural(chart.mean + sign * chart.band) for sign in (-1, 1))
     lower, upper = (every(end, np.nan) for end in ends)
-    known = ~chart.learning
     return {
         "value_mm": series.natural(series.values).tolist(),
         "mean_mm": every(series.natural(chart.mean), np.nan),
@@ -279,7 +278,7 @@ def _columns(one: Judged, is_first: bool) -> dict[str, list[Any]]:
         "cusum": every(chart.cusum, np.nan),
         "takes_of_baseline": every(chart.n_baseline, ""),
         "in_baseline": every(np.where(chart.baseline, "yes", ""), ""),
-        "capable": every(np.where(known, np.where(chart.capable, "yes", "no"), ""), ""),
+        "capable": every(np.where(chart.learning, "", np.where(chart.capable, "yes", "no")), ""),
         "restart": ["" if k or is_first else "yes" for k in range(n)],
         "word": every([word for word, _ in one.words], ""),
     }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations
 from typing import Any
 
@@ -69,15 +69,6 @@ def points_document(
     if has_scale and not (document["cuts"] or document["wrong_point"] or document["exchanged"]):
         document["findings"].insert(0, "scale")
     return document, off
-
-
-@dataclass(frozen=True)
-class _Single:
-    """The least that a single error leaves: a point (its number), or two that are exchanged."""
-
-    point: int | None
-    swap: Sequence[int]
-    left_mm: float
 
 
 def _misfit(

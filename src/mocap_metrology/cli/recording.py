@@ -118,10 +118,12 @@ def chosen(entry: Entry, limit_mm: float, wanted: int = WANTED) -> tuple[list[st
     (path,) = entry.paths
     points = points_by_kind(path, entry.accept_truncated, entry.column_names)
     for kind in (kind for kind in KINDS if kind in points):
-        labels = [label for label in points[kind] if ";" not in label]  # which separates them
+        labels = [label for label in points[kind] if ";" not in label]
+        unfit = in_words([label for label in points[kind] if label not in labels])
+        out = f"; not {unfit}: a label with a ; cannot be named, rename it" if unfit else ""
         markers, why = choose(labels, lambda label: _movement(entry, label), limit_mm, wanted)
         if markers:
-            return markers, why + KINDS[kind]
+            return markers, why + KINDS[kind] + out
     why = "all its points were computed by a model, not measured; to use them all the same, name"
     if KINDS.keys() & points.keys():
         why = "no marker or body is seen in half of the frames (one with a coordinate that is 0"

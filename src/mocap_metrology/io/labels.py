@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.common.faults import nearest
+from mocap_metrology.common.faults import nearest, shortened
 
 
 def complete_labels(labels: Sequence[str], n_points: int) -> tuple[str, ...]:
@@ -17,7 +17,7 @@ def complete_labels(labels: Sequence[str], n_points: int) -> tuple[str, ...]:
 
 def in_words(labels: Sequence[str], most: int = 20) -> str:
     """Labels for a message, a long list cut short."""
-    text = ", ".join(labels[:most])
+    text = ", ".join(shortened(label, 60) for label in labels[:most])
     return text if len(labels) <= most else f"{text}, … and {len(labels) - most} more"
 
 
@@ -92,7 +92,9 @@ def _find(labels: Sequence[str], marker: str, file: str) -> int:
         several = in_words([labels[i] for i in suffix])
         raise Refusal(f"{file}: marker {marker!r} occurs several times: choose from {several}")
     meant = suggestion(marker, labels)
-    raise Refusal(f"{file}: no marker {marker!r}; {meant or f'there are: {in_words(labels)}'}")
+    raise Refusal(
+        f"{file}: no marker {shortened(marker, 60)!r}; {meant or f'there are: {in_words(labels)}'}"
+    )
 
 
 def suggestion(wrong: str, labels: Sequence[str]) -> str:

@@ -23,7 +23,7 @@ from mocap_metrology.io.resolution import Resolution, coarsest
 from mocap_metrology.io.units import LengthUnit
 
 GIVE_RATE = "give it in column frame_rate_hz"
-FASTEST_HZ = 1e6  # faster than any system: times in another unit
+SLOWEST_HZ, FASTEST_HZ = 1e-3, 1e6  # beyond any system: damaged, or times in another unit
 LONGEST_GAP = 10  # times all frames measured; beyond it a frame number is not believed
 NEAR_MM = 20.0  # beyond all that a marker was at
 
@@ -164,22 +164,26 @@ def check_alike(files: Sequence[Header]) -> None:
 
 
 def frame_rate(first: Header, stated_hz: float | None) -> float:
-    """Frame rate in Hz: `stated_hz`, which may differ from the file's by 0.1 %, else the file's."""
+    """Frame rate in Hz: `stated_hz`, which may differ from the file's by 0.1 % where that is one of
+    a tracking system, else the file's."""
     if stated_hz is not None and not (math.isfinite(stated_hz) and stated_hz > 0):
         raise Refusal(f"{first.name}: frame_rate_hz is {stated_hz}, expected a positive number")
-    if stated_hz is None:
-        if first.frame_rate_hz == 0:
+    known, rate = first.frame_rate_hz, stated_hz
+    if rate is None:
+        if known == 0:
             raise Refusal(f"{first.name}: has no frame rate; {GIVE_RATE}")
-        if first.frame_rate_hz > FASTEST_HZ:
-            said = f"{first.frame_rate_hz:g} Hz; expected at most {FASTEST_HZ:g} Hz"
-            raise Refusal(f"{first.name}: its frame rate, by the file or its times, is {said}")
-        return first.frame_rate_hz
-    if first.frame_rate_hz and not math.isclose(stated_hz, first.frame_rate_hz, rel_tol=1e-3):
+        rate = known
+    if not SLOWEST_HZ <= rate <= FASTEST_HZ:
+        most = f"at most {FASTEST_HZ:g} Hz" if rate > 1 else f"at least {SLOWEST_HZ:g} Hz"
+        what = "its frame rate, by the file or its times," if stated_hz is None else "frame_rate_hz"
+        hint = f"; {GIVE_RATE}" if stated_hz is None else ""
+        raise Refusal(f"{first.name}: {what} is {rate:g} Hz; expected {most}{hint}")
+    if SLOWEST_HZ <= known <= FASTEST_HZ and not math.isclose(rate, known, rel_tol=1e-3):
         raise Refusal(
-            f"{first.name}: its frame rate is {first.frame_rate_hz:g} Hz, {stated_hz:g} Hz is"
-            " stated; they may differ by 0.1 %"
+            f"{first.name}: its frame rate is {known:g} Hz, {rate:g} Hz is stated; they may differ"
+            " by 0.1 %"
         )
-    return float(stated_hz)
+    return float(rate)
 
 
 class Numbered(Protocol):

@@ -69,7 +69,7 @@ def document(
     dates = [takes[start + first].date for first in wrong.values()]
     findings = [finding for one in judged for finding in _findings(one)]
     findings.sort(key=lambda one: one["code"] == "not_capable")  # last
-    parted = any(one["case"] == "parted" for one in findings)
+    parted = any(one["case"] in ("parted", "levels") for one in findings)
     valid = None if word == "learning" or (parted and not wrong) else not wrong
     learnt = set().union(*(one.at[one.chart.baseline].tolist() for one in judged))
     days = len({takes[start + k].date[:10] for k in learnt})
@@ -83,6 +83,8 @@ def document(
     how |= {"alone": _single(at_fault, markers), "others": len(markers) - 1}
     first = render(f"monitor.{key}", since=min(dates, default=""), **how)
     late = [] if word == "learning" else _not_judged(judged_all, judged)
+    if m < SETTLED and not how["named"]:
+        late += _not_learnt(judged, [take.recording for take in takes[start:]])
     reasons = [first, *_reasons(findings), *late]
     pairs = [one.series.name for one in judged_all if one.series.kind == "length"]
     watched = render("monitor.watched", markers=markers, pairs=pairs)
@@ -123,6 +125,17 @@ def _not_judged(every: Sequence[Judged], judged: Sequence[Judged]) -> list[str]:
     learning = [one.series.name for one in common if one in judged and one.chart.learning[-1]]
     names = {"learning": learning, "short": short, "learnt": LEARNT}
     return [render("monitor.not_judged", **names)] if learning or short else []
+
+
+def _not_learnt(judged: Sequence[Judged], names: Sequence[str]) -> list[str]:
+    """Which of the first takes are none of the baseline, as they are unlike the others."""
+    off = {
+        int(one.at[k])
+        for one in judged
+        for k in np.flatnonzero(one.chart.learning & ~one.chart.baseline)[:LEARNT]
+        if one.chart.baseline[k:].any()
+    }
+    return [render("monitor.not_learnt", names=[names[k] for k in sorted(off)])] if off else []
 
 
 def _single(at_fault: Sequence[Series], markers: Sequence[str]) -> str:
@@ -175,11 +188,11 @@ def _findings(one: Judged) -> list[dict[str, Any]]:
     last = float(series.natural(chart.value)[-1])
     value = mm(last) if series.kind in ("jitter", "wander") else f"{number(last, 3)} mm"
     change = _change(sizes["take"], unit)
-    size = render("changed.size", name=name, value=value, change=change, m=m)
+    said = render("changed.size", name=name, value=value, change=change, m=m)
     findings: list[dict[str, Any]] = []
 
     def find(code: str, case: str, value: float, ends: tuple[float, float], **how: Any) -> None:
-        words = render(f"changed.{case}", name=name, size=size, series=series, **how)
+        words = render(f"changed.{case}", name=name, size=said, series=series, **how)
         of = {"code": code, "series": series.name, "value": value, "unit": unit}
         told: Row = {"words": words, "marker": series.marker, "case": case}
         told |= {"size": abs(value) / sizes["tolerance"]}
@@ -195,7 +208,9 @@ def _findings(one: Judged) -> list[dict[str, Any]]:
         moved = _change(sizes["shift"], unit)
         find("trend", "trend", sizes["shift"], none, change=moved, n=n)
     if chart.parted[-1]:
-        find(series.code, "parted", sizes["parted"], none, change=_change(sizes["parted"], unit))
+        n, size = int(chart.apart[-1]), sizes["parted"]
+        parts = {"change": _change(abs(size) if n else size, unit, not n), "n": n, "m": m}
+        find(series.code, "levels" if n else "parted", size, none, **parts)
     elif not chart.capable[-1]:
         least, limit = (_change(sizes[name], unit, False) for name in ("least", "tolerance"))
         find("not_capable", "not_capable", sizes["least"], none, least=least, tolerance=limit)

@@ -94,6 +94,11 @@ def _warnings(take: Take, pair: tuple[str, str], rigid_mm: float) -> list[str]:
         said.append(render("bar.reversals", n=turned, pair=pair))
     if (share := of_take.repeated_frames(take)) > MOST_REPEATED:
         said.append(render("bar.repeated", share=share))
+    median = float(np.median(take.length_mm[take.known]))
+    off = np.nan_to_num(np.abs(take.length_mm - median))
+    if (gross := np.flatnonzero(off > of_take.MOST_SPREAD * median)).size:
+        at_s, largest = float(gross[0] / take.frame_rate_hz), float(off.max())
+        said.append(render("bar.gross", n=gross.size, at_s=at_s, largest=largest, pair=pair))
     if one := of_take.change(take):
         said.append(render("bar.change", **asdict(one), pair=pair))
     if (spread := of_take.spread_mm(take)) > rigid_mm:

@@ -21,6 +21,7 @@ from mocap_metrology.settings import Settings
 
 TAKE = "monitor_take.json"
 LEAST_SEEN = 0.5  # of the frames
+CHANGES, REPEATED = 64, 0.8  # of a marker from frame to frame; their correlation in one take twice
 EXCHANGED = 0.1  # of the way from where a marker stood itself: it is where another one stood
 
 
@@ -49,10 +50,20 @@ def write_take(results: Results, settings: Settings) -> Mapping[str, Any]:
         "wander_s": settings.monitor.wander_s,
         "moving": bool(results.check.get("moving")),
         "seen": {k: float(np.isfinite(xyz).all(axis=0).mean()) for k, xyz in positions.items()},
+        "changes_mm": {label: _changes(xyz) for label, xyz in positions.items()},
         "take": asdict(take_numbers),
     }
     write_json(results.folder / TAKE, document)
     return read_take(results.folder)
+
+
+def _changes(position: np.ndarray) -> list[float]:
+    """Sizes of CHANGES changes of (3, n) from a frame to the next, a power of 2 of frames apart,
+    which neither units, axes and rounding of an export nor a few frames more do alter much."""
+    n = position.shape[1]
+    at = np.arange(min(CHANGES, n - 1)) * 2 ** int(np.log2(max((n - 1) / CHANGES, 1)))
+    sizes = np.linalg.norm(position[:, at + 1] - position[:, at], axis=0)
+    return [float(f"{size:.4g}") for size in sizes]
 
 
 def read_take(folder: str | Path) -> Mapping[str, Any]:
@@ -70,7 +81,7 @@ def monitor(
     """monitor.json, monitor.csv, chart.png of a facility; returns the contents of the first.
 
     rows: of the sheet, in order; takes: contents of monitor_take.json by recording, of those that
-    were accepted. A take that moves is left out, and one whose files are those of an earlier one.
+    were accepted. A take that moves is left out, and one that is an earlier one once more.
     """
     used: list[Row] = []
     left_out: dict[str, str] = {}
@@ -80,6 +91,8 @@ def monitor(
         why = "it has no results: its recording was refused, or its files are missing"
         if row.recording in takes:
             why = unfit(takes[row.recording], first)
+            if not why:
+                why = repeated(takes[row.recording], [takes[of.recording] for of in used])
             if used and row.baseline != "restart" and settings.monitor.frame == "fixed":
                 why = why or exchanged(*(takes[of.recording]["take"] for of in (used[-1], row)))
         if why:
@@ -123,6 +136,37 @@ def exchanged(before: Mapping[str, Any], take: Mapping[str, Any]) -> str:
         f"{here} stand where {there} stood in the take before; expected the same labels, and the "
         "object as it stood (a new baseline: restart)"
     )
+
+
+def repeated(take: Mapping[str, Any], earlier: Sequence[Mapping[str, Any]]) -> str:
+    """Whether a take is another export of an earlier one: within the jitter it has the same places,
+    which the next day seldom has, and the same noise. Of two takes the correlation of N changes
+    scatters by 1 / sqrt(N) about 0, more where the same line is in both."""
+    jitter_mm, own = take["take"]["jitter_mm"], _noise(take)
+    for other in earlier:
+        there = other["take"]["places_mm"]
+        if all(
+            label in there and abs(at - then) < jitter_mm
+            for label, xyz in take["take"]["places_mm"].items()
+            for at, then in zip(xyz, there.get(label, xyz), strict=True)
+        ):
+            noise = _noise(other)
+            if noise.size == own.size and noise @ own > REPEATED:
+                return f"it is {other['recording']} exported once more, with the same noise"
+    return ""
+
+
+def _noise(take: Mapping[str, Any]) -> np.ndarray:
+    """Changes of a take such that the product with those of another one is the mean correlation of
+    their markers."""
+    changes = np.array([*take.get("changes_mm", {}).values()], dtype=float)
+    if changes.size < CHANGES:
+        return np.empty(0)
+    known = np.isfinite(changes)
+    mean = np.where(known, changes, 0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
+    centred = np.where(known, changes - mean[:, None], 0)
+    size = np.linalg.norm(centred, axis=1, keepdims=True)
+    return np.ravel(centred / np.maximum(size, 1e-12) / np.sqrt(len(size)))
 
 
 def unfit(take: Mapping[str, Any], first: dict[tuple[str, ...], str]) -> str:

@@ -17,11 +17,12 @@ ALIKE = ("markers", "pairs", "camera_type", "n_cameras", "camera_ids")
 
 def monitors(sheet: str, lines: Sequence[Line]) -> dict[str, list[Row]]:
     """Takes by monitor, in order of the rows. `Faults` names rows without a date or out of order,
-    of other markers, pairs or cameras than the take before, names that are no folder's or stand
-    twice, and a baseline without a monitor."""
+    of other markers, pairs or cameras than the take before, names that are no folder's, stand
+    twice or have other capitals, and a baseline without a monitor."""
     takes: dict[str, list[Row]] = {}
     before: dict[str, Line] = {}
     names: dict[str, int] = {}
+    spelt: dict[str, str] = {}
     faults = []
     for line in lines:
         cells = line.cells
@@ -40,6 +41,9 @@ def monitors(sheet: str, lines: Sequence[Line]) -> dict[str, list[Row]]:
             for column in ("recording", "monitor")  # folders of results
             if not NAME.fullmatch(cells[column])
         ]
+        known = spelt.setdefault(name.casefold(), name)
+        if known != name:
+            faults.append(wrong("monitor", f"{known}, as in the rows before, or another name"))
         number = names.setdefault(cells["recording"].casefold(), line.number)
         if number != line.number:
             faults.append(wrong("recording", f"another name than row {number}"))

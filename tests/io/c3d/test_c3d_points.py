@@ -174,6 +174,14 @@ RATES = [  # in the file, as given (Hz), as read or why not
     ({"rate": 0.0}, 200, 200),
     ({"rate": 0.0}, None, "has no frame rate; give it in column frame_rate_hz"),
     ({"point": {"RATE": None}}, None, 120),
+    (
+        {"rate": 1e-9},
+        None,
+        "its frame rate, by the file or its times, is 1e-09 Hz; expected at least",
+    ),
+    ({"rate": 1e-9}, 120, 120),
+    ({"rate": 0.0}, 1e9, "frame_rate_hz is 1e+09 Hz; expected at most 1e+06 Hz"),
+    ({"point": {"RATE": float("nan")}}, None, 120),
     ({"header_rate": 120.1}, None, 120),
     ({"header_rate": 120.2}, None, "frame rates disagree: 120 Hz by POINT:RATE, 120.2 Hz by the"),
 ]
@@ -193,6 +201,10 @@ def test_frame_rates_may_differ_by_a_tenth_of_a_per_cent(tmp_path, keys, given, 
         assert said == ["a.c3d: frame rate 120 Hz, in the header 120.1 Hz"] * (
             "header_rate" in keys
         )
+        said = [
+            note for note in recording.notes if "by POINT:RATE is nan Hz, which is none" in note
+        ]
+        assert len(said) == (keys.get("point", {}).get("RATE") is not None)
 
 
 def test_labels_go_on_in_further_parameters_and_may_be_missing(tmp_path):

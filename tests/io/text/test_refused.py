@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from text_files import FIRST_ROW, NEXUS, PLAIN, make, read, refusal, row, spoilt
+from text_files import FIRST_ROW, MOTIVE, NEXUS, PLAIN, TRC, make, read, refusal, row, spoilt
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.header import READ
@@ -209,3 +209,44 @@ def test_a_row_without_its_time_is_no_gap(tmp_path, name):
     own, mark = row(name, 9), "," if name == "m.csv" else "\t"
     path = spoilt(tmp_path, name, f"{own.strip()}", own.split(mark)[0])
     assert "has no time, as other lines have" in refusal(path)
+
+
+@pytest.mark.parametrize("between", ["\r\n", ",,,\r\n\r\n,,mm,mm,mm,mm,mm,mm\r\n"])
+def test_numbers_below_an_empty_line_of_nexus_are_not_left_out(tmp_path, between):
+    """An empty line ends a section, so that half of the frames would be lost without a word."""
+    rows = NEXUS.splitlines(keepends=True)
+    said = refusal(make(tmp_path, "n.csv", "".join([*rows[:15], between, *rows[15:]])))
+    assert "line 16 is empty, and numbers go on in line" in said
+
+
+def test_a_title_of_nexus_that_is_spoilt_leaves_no_marker_out(tmp_path):
+    said = refusal(spoilt(tmp_path, "n.csv", "X,Y,Z,X,Y,Z", "X,Y,Z,X,[,Z"))
+    assert said.startswith("n.csv: line 4: column 6 is X, not in a row of X, Y, Z; export again")
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new"),
+    [("a.tsv", "FREQUENCY\t100", "FREQUENCY\t1,000"), ("a.trc", "\n100.00\t", '\n"1,000"\t')],
+)
+def test_a_rate_with_a_separator_of_thousands_is_not_1_hz(tmp_path, name, old, new):
+    said = refusal(spoilt(tmp_path, name, old, new))
+    assert (
+        said == f"{name}: its frame rate, 1,000, may be 1.000 or 1000 Hz; write it without a comma"
+    )
+
+
+def test_a_rate_of_nexus_has_no_comma_beside_points(tmp_path):
+    assert "expected the frame rate in Hz alone" in refusal(
+        spoilt(tmp_path, "n.csv", "\n100\r", '\n"1,5"\r')
+    )
+
+
+def test_a_label_of_thousands_of_letters_fits_into_its_message(tmp_path):
+    said = refusal(make(tmp_path, "a.trc", TRC), ("A" * 3000,))
+    assert len(said) < 300 and "AAA[...]" in said
+
+
+def test_positions_of_a_type_that_motive_has_not_are_told(tmp_path):
+    spoilt_type = MOTIVE.replace("Marker,Marker,Marker,Marker", "Marker,Marker,Marker,Trained", 1)
+    notes = read(make(tmp_path, "m.csv", spoilt_type), ("A",)).notes
+    assert any("not known are not read: B (trained), B (marker)" in note for note in notes)

@@ -25,6 +25,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.io.recording import FASTEST_HZ, SLOWEST_HZ
 
 if TYPE_CHECKING:
     from mocap_metrology.io.c3d.structure import Structure
@@ -187,7 +188,7 @@ def _differences(request: Request) -> str:
         if theirs.isascii() and expected.isascii() and theirs != expected.strip():
             return f"label {theirs!r} instead of {expected!r}"
     ours, rate = request.frame_rate_hz, float(file["header"]["points"]["frame_rate"])
-    if ours and rate and abs(rate - ours) > 1e-3 * ours:
+    if ours and SLOWEST_HZ <= rate <= FASTEST_HZ and abs(rate - ours) > 1e-3 * ours:
         return f"{rate:g} Hz instead of {ours:g} Hz"
     units = [unit.strip("\0 ") for unit in parameters["UNITS"]["value"]]
     if units and units[0] and units[0] != request.units:

@@ -359,17 +359,24 @@ def _analog_samples(header: _Header, parameters: Parameters) -> list[int]:
 
 def _rate(header: _Header, parameters: Parameters, file: str) -> tuple[float, tuple[str, ...]]:
     """Frame rate in Hz, the shortest decimal of its float32; 0 where there is none."""
-    sources = {"POINT:RATE": parameters.number("POINT", "RATE"), "the header": header.rate}
+    told = parameters.numbers("POINT", "RATE")
+    sources = {"POINT:RATE": float(told[0]) if len(told) else 0.0, "the header": header.rate}
     rates = {
         source: float(str(np.float32(rate)))
         for source, rate in sources.items()
-        if rate is not None and math.isfinite(rate) and rate > 0
+        if math.isfinite(rate) and rate > 0
     }
+    notes = [
+        f"the frame rate by {source} is {rate:g} Hz, which is none"
+        for source, rate in sources.items()
+        if rate and source not in rates
+    ]
     if not rates:
-        return 0.0, ("the file has no frame rate",)
+        return 0.0, ("the file has no frame rate", *notes)
     rate, *others = rates.values()
     if others and not math.isclose(rate, others[0], rel_tol=1e-3):
         said = ", ".join(f"{rate:g} Hz by {source}" for source, rate in rates.items())
         raise Refusal(f"{file}: frame rates disagree: {said}")
-    same = not others or math.isclose(rate, others[0], rel_tol=1e-6)
-    return rate, () if same else (f"frame rate {rate:g} Hz, in the header {others[0]:.7g} Hz",)
+    if others and not math.isclose(rate, others[0], rel_tol=1e-6):
+        notes.append(f"frame rate {rate:g} Hz, in the header {others[0]:.7g} Hz")
+    return rate, tuple(notes)

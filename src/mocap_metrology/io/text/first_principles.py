@@ -52,7 +52,7 @@ def layout(path: Path) -> Layout:
         encoding="First Principles text",
         labels=named(columns.labels),
         columns=columns.positions,
-        frame_rate_hz=rate(fields.get("Frequency", "")),
+        frame_rate_hz=rate(fields.get("Frequency", ""), path.name),
         unit=read_unit([fields.get("Units", "")], "Units", path.name),
         delimiter=delimiter,
         data_line=first.number,

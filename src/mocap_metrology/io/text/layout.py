@@ -171,9 +171,14 @@ def check_text(path: Path, expected: str, read: str = READ) -> None:
         raise Refusal(f"{path.name}: its lines end with CR alone, expected LF or CR LF")
 
 
-def rate(text: str) -> float:
+def rate(text: str, file: str = "the file") -> float:
     """Frame rate in Hz, 0 where the text has none."""
-    value = number(re.sub(r"\s*Hz$", "", text.strip(), flags=re.I))
+    text = re.sub(r"\s*Hz$", "", text.strip(' \t"'), flags=re.I)
+    if re.fullmatch("[1-9][0-9]{0,2},[0-9]{3}", text):
+        plain = text.replace(",", "")
+        meant = f"{text.replace(',', '.')} or {plain} Hz; write it without a comma"
+        raise Refusal(f"{file}: its frame rate, {text}, may be {meant}")
+    value = number(text)
     return value if value is not None and value > 0 else 0.0
 
 

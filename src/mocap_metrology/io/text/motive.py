@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.io.labels import in_words
 from mocap_metrology.io.text.layout import (
     BODY,
     Layout,
@@ -64,11 +65,15 @@ def layout(path: Path) -> Layout:
     delimiter = _delimiter(path)
     fields, rows, first = _header(path, delimiter)
     written = fields.get("Length Units", "")
+    header = _columns(rows, path.name)
     labels, columns, remarks, rotations = _positions(
-        _columns(rows, path.name), fields.get("Rotation Type", ""), path.name
+        header, fields.get("Rotation Type", ""), path.name
     )
     total = fields.get("Total Exported Frames", "")
-    rates = [rate(fields.get(name, "")) for name in ("Export Frame Rate", "Capture Frame Rate")]
+    rates = [
+        rate(fields.get(name, ""), path.name)
+        for name in ("Export Frame Rate", "Capture Frame Rate")
+    ]
     times = [i for i, cell in enumerate(rows[-1]) if cell.lower().startswith("time (")]
     return Layout(
         path=path,
@@ -87,10 +92,22 @@ def layout(path: Path) -> Layout:
         if total
         else None,
         declared_too_few=True,
-        notes=(AXES_NOTE,),
+        notes=(AXES_NOTE, *_left_out(header, columns)),
         remarks=remarks,
         rotations=rotations,
     )
+
+
+def _left_out(header: _Columns, columns: Sequence[Triple]) -> list[str]:
+    """What to say of positions that are neither read nor of a marker that is read as measured."""
+    taken = {i for three in columns for i in three}
+    every = enumerate(zip(header.types, header.names, header.held, strict=True))
+    left = dict.fromkeys(
+        f"{name} ({kind})"
+        for i, (kind, name, held) in every
+        if held == "position" and i not in taken and kind not in EXPECTED
+    )
+    return [f"positions of a type that is not known are not read: {in_words([*left])}"] * bool(left)
 
 
 def _delimiter(path: Path) -> str:

@@ -82,10 +82,10 @@ def refuse_old(path: Path) -> None:
 def _rate(line: Line, delimiter: str, name: str) -> float:
     """The frame rate in Hz; it stands alone on its line, else a decimal comma would cut it."""
     first, *others = quoted_cells(line.text, delimiter) or [""]
-    if any(cell.strip() for cell in others):
+    if any(cell.strip() for cell in others) or (delimiter == "," and "," in first):
         where = f"{name}: line {line.number} is {line.text.strip()!r}"
         raise Refusal(f"{where}; expected the frame rate in Hz alone")
-    return rate(first)
+    return rate(first, name)
 
 
 def layout(path: Path) -> Layout:
@@ -104,7 +104,7 @@ def layout(path: Path) -> Layout:
     axes, names, units = (quoted_cells(head[i].text, delimiter) for i in (3, 2, 4))
     _check_names(names, axes, f"{path.name}: line {head[2].number}")
     wanted = POSITIONS[title]
-    columns, labels = _positions(axes, names, wanted)
+    columns, labels = _positions(axes, names, wanted, f"{path.name}: line {head[3].number}")
     if not labels:
         raise Refusal(f"{path.name}: line {head[3].number} has no columns {', '.join(wanted)}")
     if len(head) < 6 or not head[5].text.strip(f"{delimiter} "):
@@ -150,12 +150,17 @@ def _check_names(names: list[str], axes: list[str], where: str) -> None:
 
 
 def _positions(
-    axes: list[str], names: list[str], wanted: list[str]
+    axes: list[str], names: list[str], wanted: list[str], where: str
 ) -> tuple[tuple[Triple, ...], tuple[str, ...]]:
     """Columns and labels of positions: velocities (X') and counts have other titles. The label of a
     body stands over its first angle, as `Global Angle drone:drone` in Tracker."""
     n = len(wanted)
     starts = [i for i in range(2, len(axes) - n + 1) if axes[i : i + n] == wanted]
+    taken = {i + k for i in starts for k in range(n)}
+    for i, title in enumerate(axes):
+        if title in wanted and i not in taken:
+            what = f"column {i + 1} is {title}, not in a row of {', '.join(wanted)}"
+            raise Refusal(f"{where}: {what}; export again, or correct the titles")
     padded = [*names, *[""] * len(axes)]
     labels = [padded[i].removeprefix("Global Angle ") for i in starts]
     return triples(i + n - 3 for i in starts), named(labels)

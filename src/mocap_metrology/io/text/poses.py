@@ -66,7 +66,7 @@ def layout(path: Path) -> Layout:
         what = f"{len(cells)} numbers a line; expected {size} for each of {', '.join(bodies)}"
         raise Refusal(f"{path.name}: {what}")
     match = table.FREQUENCY.search(said)
-    told = rate(match[1]) if match else 0.0
+    told = rate(match[1], path.name) if match else 0.0
     n, kind = len(bodies), "quaternion" if order else "matrix"
     x, y, z = (0, 1, 2) if order else POSITION
     turn = MATRIX if order is None else tuple(3 + order[1].index(axis) for axis in "xyzw")

@@ -64,7 +64,7 @@ def layout(path: Path) -> Layout:
         encoding="Qualisys text",
         labels=labels,
         columns=triples(starts),
-        frame_rate_hz=rate(fields.get("FREQUENCY", [""])[0]),
+        frame_rate_hz=rate(fields.get("FREQUENCY", [""])[0], path.name),
         unit=MILLIMETRE,
         delimiter=delimiter,
         data_line=first.number,

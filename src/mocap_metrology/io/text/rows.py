@@ -249,6 +249,7 @@ def _padded(layout: Layout, block: bytes, line: int, row: int) -> tuple[bytes, i
     done = layout.ends_blank and bool(blank.any())
     if done:
         n = int(np.argmax(blank))
+        _check_section(layout, block[starts[n] :], line + n)
         block, counts, blank = block[: starts[n]], counts[:n], blank[:n]
     if not len(counts) or blank.all():
         return b"", 0, done
@@ -269,6 +270,17 @@ def _padded(layout: Layout, block: bytes, line: int, row: int) -> tuple[bytes, i
         if not gone
     ]
     return b"\n".join(padded) + b"\n", width, done
+
+
+def _check_section(layout: Layout, rest: bytes, line: int) -> None:
+    """Refuse numbers that go on below the empty line `line`: another section has a title first."""
+    mark = layout.delimiter.encode()
+    below = rest.lstrip(b"\r\n \t" + mark)
+    number = line + rest[: len(rest) - len(below)].count(b"\n")
+    text = decoded(below.split(b"\n", 1)[0].rstrip(b"\r" + mark))
+    if NUMBER.fullmatch(text) or layout.delimiter in text:
+        said = f"line {line} is empty, and numbers go on in line {number}"
+        raise Refusal(f"{layout.name}: {said}; remove the empty line, or export again")
 
 
 def _check_full(

@@ -61,7 +61,7 @@ def layout(path: Path) -> Layout:
         encoding="TRC text",
         labels=labels,
         columns=triples(range(2, 2 + 3 * len(labels), 3)),
-        frame_rate_hz=rate(fields.get("DataRate", "")),
+        frame_rate_hz=rate(fields.get("DataRate", ""), path.name),
         unit=read_unit([fields.get("Units", "")], "Units", path.name),
         delimiter=delimiter,
         data_line=first.number,

@@ -237,19 +237,16 @@ def by_setup(
     return Setup(poses, by_station, ways[0], why, network)
 
 
-def _touched(
-    solution: Joint, titles: Sequence[str]
-) -> tuple[Joint, list[dict[str, Halves]], float]:
+def _touched(solution: Joint, names: Sequence[str]) -> tuple[Joint, list[dict[str, Halves]], float]:
     """The estimate with the misfit by steps within its recordings; these of each station but the
     first, by title, as where it was moved meanwhile; and the misfit that a step leaves."""
-    named = zip(titles, solution.recordings, strict=True)
+    named = zip(names, solution.recordings, strict=True)
     every = {k: pieces_of(solution, one) for k, one in named if not one.trajectory.still}
     stepped, misfits = [dict[str, Halves]() for _ in solution.state.R[1:]], [solution.misfit]
     left = solution.misfit
     for k, title in product(range(len(stepped)), every):
         pair, misfit, by_it = halves(solution, k + 1, every[title])
-        misfits.append(misfit)
-        left = min(left, by_it)
+        misfits, left = [*misfits, misfit], min(left, by_it)
         if pair is not None and pair.stepped:
             stepped[k][title] = pair
     return replace(solution, misfit=max(misfits)), stepped, left

@@ -205,10 +205,8 @@ def signature(series: np.ndarray, frame_rate_hz: float, n_series: int = 1) -> Wa
     unsure = shape.separate and abs(shape.size(solved)) < SIZED * fitted.errors[shape.main]
     unsure |= shape.separate and any(k[a] - k[a - 1] > MOST_FREE + 1 for a in _places(shape))
     if unsure or (not gaussian and all(noise not in FAST for _, noise in near)):
-        sure -= AT_ONCE  # which what it consists of may be, if it adds up
-        sure -= (
-            sure if all(kinds & AT_ONCE for kinds, _ in near) else set()
-        )  # nor what is beside it
+        # What it consists of may be, if it adds up, and so may what is beside it.
+        sure -= sure if all(kinds & AT_ONCE for kinds, _ in near) else AT_ONCE
     slope = shape.line and "drift" in shape.kinds
     span_s = (k[-1] - k[0]) * block_s
     if "cycle" in sure and span_s < PERIODS * at[-1]:

@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field, field_validator
 
 from mocap_metrology.common.faults import Unfit, unfit, unknown
 from mocap_metrology.common.sheets import parts_of
-from mocap_metrology.io.recording import FASTEST_HZ, SLOWEST_HZ
+from mocap_metrology.io.header import FASTEST_HZ, SLOWEST_HZ
 from mocap_workflow.rows import (
     NAME,
     SIMULATE,

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from mocap_metrology.common.errors import Refusal
 
+SLOWEST_HZ, FASTEST_HZ = 1e-3, 1e6  # beyond any system: damaged, or times in another unit
 READ = (
     "what is read: C3D, TRC, CSV (Motive, Vicon, NDI First Principles, columns of markers or"
     " poses), TSV (Qualisys, First Principles), text of poses, N3D"

@@ -18,12 +18,12 @@ import numpy.typing as npt
 
 from mocap_metrology.common.errors import Refusal, UnknownUnit, Unseen
 from mocap_metrology.common.files import sha256
+from mocap_metrology.io.header import FASTEST_HZ, SLOWEST_HZ
 from mocap_metrology.io.labels import find_points
 from mocap_metrology.io.resolution import Resolution, coarsest
 from mocap_metrology.io.units import LengthUnit
 
 GIVE_RATE = "give it in column frame_rate_hz"
-SLOWEST_HZ, FASTEST_HZ = 1e-3, 1e6  # beyond any system: damaged, or times in another unit
 LONGEST_GAP = 10  # times all frames measured; beyond it a frame number is not believed
 NEAR_MM = 20.0  # beyond all that a marker was at
 

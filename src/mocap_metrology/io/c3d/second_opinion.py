@@ -25,7 +25,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.io.recording import FASTEST_HZ, SLOWEST_HZ
+from mocap_metrology.io.header import FASTEST_HZ, SLOWEST_HZ
 
 if TYPE_CHECKING:
     from mocap_metrology.io.c3d.structure import Structure

@@ -1,4 +1,4 @@
-"""Recordings of a setup one by one: what each sees, its own estimate, what connects its stations."""
+"""Recordings of a setup one by one: what each sees, its estimate, and what connects them."""
 
 from __future__ import annotations
 

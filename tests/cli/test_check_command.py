@@ -153,6 +153,21 @@ def test_files_of_one_name_are_distinguished_and_hidden_ones_left_alone(take: Pa
     ]
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.usefixtures("undrawn")
+def test_positions_that_were_computed_are_called_so(tmp_path: Path, capsys) -> None:
+    """Steps, a spike and a curve without any noise, in nine decimals."""
+    t = np.arange(3000) / 3000
+    columns = [t, t**2, 50 * np.floor(7 * t), 1.0 * (t == t[1000]), 400 + 0.1 * t**2, 0 * t, t < 0]
+    path = tmp_path / "computed.csv"
+    head = "time,A_x,A_y,A_z,B_x,B_y,B_z"
+    np.savetxt(path, np.transpose(columns) * [30, *[1] * 6], "%.9f", ",", header=head, comments="")
+    options = ["--unit", "mm", "--markers", "A", "B", "--output", str(tmp_path)]
+    assert main.main(["check", str(path), *options, "--threads", "1"]) == 0
+    words = (tmp_path / "diagnosis.json").read_text()
+    assert "these positions are computed, not measured" in words
+
+
 @pytest.mark.usefixtures("undrawn")
 def test_a_file_that_is_cut_off_or_in_another_unit_is_used_where_that_is_stated(
     take: Path, capsys

@@ -106,6 +106,14 @@ def test_noise_is_identified(alpha, estimator):
         np.testing.assert_array_equal(noise_exponents(series, m, estimator), alpha)
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("estimator", ["oadev", "hdev", "mdev"])
+def test_a_parabola_without_noise_has_exponents(estimator) -> None:
+    """Of its second differences only rounding is left, of a lag-1 autocorrelation of -1."""
+    series, m = np.round((np.arange(3000) / 3000) ** 2 + 100, 9), np.arange(40, 60)
+    assert all(-4 <= noise_exponents(series, m[[k]], estimator)[0] <= 2 for k in range(m.size))
+
+
 def test_intervals_of_a_cleaned_curve_know_what_the_filter_took() -> None:
     """White noise and a walk, cleaned as in S: the raised interval holds the truth at least as
     often as it says; without that, at few frames, never. Of the masked series it holds as it is."""

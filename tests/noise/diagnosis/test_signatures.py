@@ -1,6 +1,7 @@
 """Kinds of slow wander: simulated shapes of known kind, in noise of known kind."""
 
 import math
+from collections.abc import Callable
 from itertools import product
 
 import numpy as np
@@ -373,3 +374,21 @@ def test_a_shift_that_is_mostly_missing_has_no_size_of_one_that_fades() -> None:
         series[(time > 302.6) & (time < 308)] = np.nan
         found = signature(series, 100.0, 10)
         assert found is not None and "shift" not in found.kinds
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    ("kind", "curve"),
+    {
+        "drift": lambda t: 3000 * t,
+        "step": lambda t: t > 0.5,
+        "warm_up": lambda t: np.exp(-5 * t),
+        "accelerating": lambda t: t**2,
+        "cycle": lambda t: np.sin(12 * np.pi * t),
+        "two_levels": lambda t: np.floor(20 * t) % 2,
+    }.items(),
+)
+def test_kinds_without_any_noise(kind: str, curve: Callable[[np.ndarray], np.ndarray]) -> None:
+    """As of computed positions: no noise is named, and nothing warns of sums that are zero."""
+    found = signature(curve(np.arange(3000) / 3000).astype(float), RATE)
+    assert found is not None and found.kinds == (kind,) and found.noise == ""

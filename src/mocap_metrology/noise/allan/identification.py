@@ -17,6 +17,7 @@ from mocap_metrology.noise.allan.sums import REORDER, running_sum
 MIN_MEANS = 30  # the identification needs that many window means [Riley & Greenhall 2004]
 DIFFERENCING = {"oadev": 2, "mdev": 2, "hdev": 3}  # d of Greenhall & Riley
 STEEPEST = {"oadev": -2, "mdev": -2, "hdev": -4}  # steepest noise the variance converges for
+STEEPER = -0.9  # lag-1 autocorrelation below that of violet, -0.5: of samples that alternate
 BLOCK = 2048  # window means worked on at a time, which stay in the cache
 
 
@@ -77,6 +78,7 @@ def _lag1_exponent(sums: Floats, counts: Floats, m: int, most: int) -> float | N
         # Without gaps, the textbook ratio of sums
         lagged = products - mean * both + n_pairs * mean**2
         r1 = lagged / power * (size - 1) / n_pairs * n_known / size
+        r1 = max(r1, STEEPER)
         delta = r1 / (1 + r1)
         if delta < 0.25 or differences == most:
             return float(-2 * (delta + differences))

@@ -274,7 +274,7 @@ def measured(
 
 
 def _residual_noise(sigma: float, avar: np.ndarray, m: np.ndarray, rate_hz: float) -> ResidualNoise:
-    adev = np.sqrt(avar)
+    adev = np.sqrt(np.maximum(avar, 0.0))  # of no noise it rounds to less
     wanted = [1, *(round(t * rate_hz) for t in CHOSEN_S)]
     known = np.isfinite(adev)
     known &= (m >= LEAST_FROM_S * rate_hz) | (m[-1] < LEAST_FROM_S * rate_hz)

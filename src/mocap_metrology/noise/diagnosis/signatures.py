@@ -45,6 +45,7 @@ NEAR, LOUDER = 20, 1.5  # blocks from a change; times the variance elsewhere tha
 MOST_FREE, SIZED = 30, 3.3  # blocks that are missing where it shifts; standard errors of size
 SLOWEST = 30  # coefficients that show whether noise is bounded
 WHITE, GAUSSIAN = 1.95, 8.0  # Kolmogorov's statistic; standard errors of the kurtosis
+EXACT = 1e-9  # of the variance: a shape that leaves less leaves nothing
 KINDS = (
     *("drift", "accelerating", "warm_up", "creep", "slowing"),
     *("cycle", "step", "shift", "two_levels", "levels"),
@@ -193,7 +194,7 @@ def signature(series: np.ndarray, frame_rate_hz: float, n_series: int = 1) -> Wa
     sure = sure - (set() if straight else {"drift"}) if white else frozenset()
     rival = min(value for other, value in noises.items() if other not in (noise, "sum"))
     sure_walk = noise != "random_walk" or rival > noises[noise] - 2 * math.log(WALK)
-    noise = noise if slow and gaussian and sure_walk else ""
+    noise = noise if slow and gaussian and sure_walk and not fitted.exact else ""
     block_s = length / frame_rate_hz
     begun = np.append(k[0], k[:-1] + 1)  # after missing blocks: where these begin
     lost = int(k[int(shape.at[0])] - begun[int(shape.at[0])]) if shape.placed and shape.at else 0
@@ -328,16 +329,24 @@ class Fitted(NamedTuple):
     white: bool
     gaussian: bool
 
+    @property
+    def exact(self) -> bool:
+        """Whether nothing is left."""
+        return self.errors.size > 0 and not self.errors.any()
+
 
 def _fitted(y: Floats, X: Floats, spectrum: Floats, n_own: int, at: np.ndarray) -> Fitted:
     """at: blocks near which the noise counts, where it is louder than elsewhere."""
     from scipy.fft import dst
 
     root, n = np.sqrt(spectrum), y.size
-    rest = y / root
-    solved = np.linalg.lstsq((X / root).T, rest, rcond=None)[0]
-    rest = rest - solved @ (X / root)
-    covariance = np.linalg.pinv(X / spectrum @ X.T) * float(rest @ rest) / (n - len(X))
+    whole = y / root
+    inverse = np.linalg.pinv((X / root).T)
+    solved = inverse @ whole
+    rest = whole - solved @ (X / root)
+    if rest @ rest <= EXACT * (whole @ whole):
+        return Fitted(solved[:n_own].astype(float), np.zeros(n_own), True, True)
+    variances = (inverse**2).sum(axis=1) * float(rest @ rest) / (n - len(X))
     grown = np.cumsum(rest**2) / np.sum(rest**2)
     white = np.abs(grown - np.arange(1, n + 1) / n).max() * math.sqrt(n / 2) < WHITE
     values = dst(rest, type=1, norm="ortho")
@@ -345,7 +354,7 @@ def _fitted(y: Floats, X: Floats, spectrum: Floats, n_own: int, at: np.ndarray) 
     known = np.delete(np.arange(n), at[at < n])
     near = np.abs(known[:, None] - at).min(axis=1, initial=n) < NEAR
     louder = np.mean(values[known[near]] ** 2) / np.mean(values**2) if near.any() else 1.0
-    errors = np.sqrt(np.diag(covariance) * (louder if louder > LOUDER else 1.0))[:n_own]
+    errors = np.sqrt(variances * (louder if louder > LOUDER else 1.0))[:n_own]
     values = solved[:n_own].astype(float)
     return Fitted(values, errors, bool(white), bool(white and excess < GAUSSIAN))
 
@@ -360,11 +369,13 @@ def _bic(y: Floats, X: Floats, inverse: Floats, logs: Floats) -> Floats:
     """(m,) of spectra, of which the inverse (m, n) and the sum of logarithms (m,) are given, less
     the price of the parameters."""
     rest = inverse @ (y * y)
+    least = EXACT * rest
     if len(X):
         row, column = np.triu_indices(len(X))
         A = np.empty((len(inverse), len(X), len(X)))
         A[:, row, column] = A[:, column, row] = inverse @ (X[row] * X[column]).T
         b = inverse @ (X * y).T
-        A[:, np.arange(len(X)), np.arange(len(X))] *= 1 + 1e-10
+        diagonal = A[:, np.arange(len(X)), np.arange(len(X))]  # of columns alike, or none
+        A[:, np.arange(len(X)), np.arange(len(X))] = diagonal * (1 + 1e-10) + 1e-300
         rest = rest - (b * np.linalg.solve(A, b[..., None])[..., 0]).sum(axis=1)
-    return logs[: len(inverse)] + y.size * np.log(np.maximum(rest, 1e-300) / y.size)
+    return logs[: len(inverse)] + y.size * np.log(np.maximum(rest, least + 1e-300) / y.size)

@@ -14,6 +14,7 @@ FOLDED = 20  # to each side, of the spectra of block means
 RATIOS = np.geomspace(1e-4, 1e3, 29)  # of slow noise to white noise in differences of blocks
 STEEP = 2.5, 3.0  # exponents of steeper noise than a walk
 LONGEST, SHARES = 0.1, 5  # of T_c of a Gauss-Markov term, from one block to this of all
+EXACT = 1e-12  # of the variance, in a part where a fit is exact
 LOUDNESS = 1, 2, 4, 8  # parts of a recording, in each of which noise has a size of its own
 
 
@@ -80,6 +81,7 @@ def by_parts(y: Floats, X: Floats, spectrum: Floats) -> float:
         for _ in range(2):
             weighted = rows / size
             rest = rows[0] - np.linalg.lstsq(weighted[1:].T, weighted[0], rcond=None)[0] @ rows[1:]
-            size = np.sqrt(np.bincount(part, rest**2) / np.bincount(part))[part]
+            variance = np.bincount(part, rest**2) / np.bincount(part)
+            size = np.sqrt(np.maximum(variance, EXACT * variance.mean() + 1e-300))[part]
         found.append(2 * float(np.log(size).sum()) + (count - 1) * math.log(n))
     return float(np.log(spectrum).sum()) + min(found)

@@ -35,6 +35,7 @@ SHORTEST = 1e-3  # T_w searched: from this share of the recording,
 LEAST_FRAMES = 100  # and from so many frames, up to the recording
 GRID = 48  # T_w at which the search starts
 STEP = 1e-3  # of ln T_w, for a derivative
+TINY, EXACT = np.finfo(float).tiny, 1e-18  # least densities, where there is no noise
 UNLIKELY = 2.0  # twice the log of the odds against a line, and against a warm-up, before a look
 PROMISING = 4.0  # in twice the log likelihood: what may fail to pay in the search and yet be tried
 
@@ -227,7 +228,8 @@ def _alternative(
 ) -> Alternative:
     # sum of X V X' / S = p: taken off, so that the likelihood is that of the data
     p = len(part.names)
-    offset = float(np.sum(left.weight * (1 + np.log(left.psd)))) - p + price + cost(p)
+    psd = np.maximum(left.psd, EXACT * left.psd.max() + TINY)
+    offset = float(np.sum(left.weight * (1 + np.log(psd)))) - p + price + cost(p)
     score = fit.deviance + offset + cost(fit.spectrum.size)
     return Alternative(part, left, fit, score, offset)
 

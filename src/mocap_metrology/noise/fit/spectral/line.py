@@ -33,7 +33,7 @@ ROW = 2048  # samples of a sinusoid made at once
 MEDIAN_OF = 4096  # coefficients of a median, at most
 SIDE_OCTAVES, SIDE_LEAST = 1 / 16, 32  # width of the bands beside a line, and their coefficients
 SIDE_STANDARD_ERRORS = 2.0  # by which a band beside a line must exceed the level to count
-TINY = np.finfo(float).tiny
+TINY, EXACT = np.finfo(float).tiny, 1e-18  # of a line that stands in no noise: least density
 NEAR_COEFFICIENTS = 8  # on each side that the least squares uses: 99 % of a line's power
 END_FRAMES = 16  # averaged at each end for the ramp
 FOLD, STEP = 2.0, 1e-3  # coefficients from Nyquist that a line overlaps with its fold; a derivative
@@ -265,6 +265,7 @@ class Transform:
             psd = density_around(power, low - away, high + away, side)
         band = self.coefficients[low : high + 1].copy()
         A_s, f_0, width = self._moments(band, low, psd)
+        psd = max(psd, EXACT * A_s**2 * duration, TINY)
         gain = A_s**2 * duration / psd
         # A median has twice the variance of a mean: 1 / ln(2)^2
         noise = math.sqrt(gain + size + size**2 / side) * psd / duration

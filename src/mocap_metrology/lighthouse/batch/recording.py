@@ -29,13 +29,20 @@ from mocap_metrology.lighthouse.batch.kernel import POSE, SPAN, Equations, right
 from mocap_metrology.lighthouse.batch.problem import Layout, State, Sweeps, by_sweep
 from mocap_metrology.lighthouse.batch.solve import Reduced, Sums, bend_cost, linearised
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
-from mocap_metrology.lighthouse.batch.view import Noise, View, Weights, residuals, view, weights
+from mocap_metrology.lighthouse.batch.view import (
+    LEAST_RAD,
+    Noise,
+    View,
+    Weights,
+    residuals,
+    view,
+    weights,
+)
 from mocap_metrology.lighthouse.decode.wander import TurnClock
 from mocap_metrology.lighthouse.known_length import KnownLength
 from mocap_metrology.lighthouse.records import Clock, Hits, Inertial
 from mocap_metrology.lighthouse.rotation import exp
 
-LEAST_HIT_RAD = 1e-9  # of noise: of simulations without any
 RISE, SHARE = 0.01, 0.03  # of the cost, which is a chi squared; of the largest rise
 REACH = np.ones(SPAN // POSE)  # control points of a sweep
 CELL = 0.2  # of the direction, a unit vector in the board's axes: 11 deg
@@ -262,7 +269,7 @@ def recording(inputs: BatchInput, state: State) -> Recording:
 
 
 def _spread(values: np.ndarray) -> float:
-    return max(MAD_TO_SIGMA * float(np.median(np.abs(values))), LEAST_HIT_RAD)
+    return max(MAD_TO_SIGMA * float(np.median(np.abs(values))), LEAST_RAD)
 
 
 def rough(one: Recording, few_wrong: bool = False) -> Noise:

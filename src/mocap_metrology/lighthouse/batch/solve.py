@@ -21,7 +21,13 @@ from mocap_metrology.lighthouse.batch import kernel
 from mocap_metrology.lighthouse.batch.kernel import POSE, SPAN, Equations
 from mocap_metrology.lighthouse.batch.problem import Layout, State
 from mocap_metrology.lighthouse.batch.trajectory import KNOT_S, Trajectory
-from mocap_metrology.lighthouse.batch.view import Noise, View, selected_inverse, without_offsets
+from mocap_metrology.lighthouse.batch.view import (
+    LEAST_RAD,
+    Noise,
+    View,
+    selected_inverse,
+    without_offsets,
+)
 
 # Of the second difference of control points 50 ms apart: 20 m/s^2 and 400 rad/s^2. They are to
 # count only where a board is not seen, as they make every turn smaller: a bias of the stations
@@ -265,7 +271,8 @@ def _estimated_noise(sums: Sums, trajectory: Trajectory, start: Noise, by_more: 
         without_offsets(*of_sweeps, none._replace(band=band, g=g))
         L = linalg.cholesky_banded(band, overwrite_ab=True, lower=True, check_finite=False)
         x = linalg.cho_solve_banded((L, True), g, check_finite=False)
-        Q = max(sums.square - float(factor @ sums.residual**2) - float(g @ x), 1e-30)
+        Q = sums.square - float(factor @ sums.residual**2) - float(g @ x)
+        Q = max(Q, free * LEAST_RAD**2)
         log_det = 2 * float(np.log(L[0]).sum())
         rest = float(np.log1p((relative * sums.weight)[~wrong]).sum())
         return free * np.log(Q) + rest + log_det, Q / free

@@ -25,9 +25,7 @@ RESIDUAL = {"static": (2.0, 3.0), "kabsch": (10.0, 40.0), "final": (5.0, 30.0)}
 RESIDUAL_BATCH = (1.4, 3.0)  # which interpolates nothing: sound ones reach 1.0
 WEIGHT_LOST = (0.08, 0.35)  # of hits: wrong sweeps, reflections, stretches that fit no trajectory
 PRIOR_P = (1e-2, 1e-8)
-# Standard deviations of the size of the board, from its file to that by a length: if the length is
-# wrong and the file right, the pose is as far off.
-SCALE_APART = 5.0
+UNNOTICED = 5.0  # standard deviations of a known length by which it can be wrong unnoticed
 SCALE_P = 1e-4  # the length or the board is not as stated, and gives the pose its scale
 MISFIT = (1.2, 25.0)  # of variances; 1 within chance
 # What no step in time explains of it: optics of another station leave 2.2 to 109, but 1.0 in some
@@ -214,8 +212,8 @@ def priors(chosen: PoseEstimate) -> Check:
 
 
 def length(chosen: PoseEstimate) -> Iterator[Check]:
-    """Check of a known length: how much of the scale rests on it, and how far the board disagrees
-    with it."""
+    """Check of a known length: how much of the scale rests on it, how far the board disagrees with
+    it, and whether an error of it would be noticed at all, which no recording changes."""
     sigma = _detail(chosen, "board_sigma")
     if math.isfinite(sigma):
         keys = {"larger": "board_larger", "percent": "length_share"}
@@ -223,10 +221,10 @@ def length(chosen: PoseEstimate) -> Iterator[Check]:
         agrees = _detail(chosen, "scale_p") >= PRIOR_P[0]
         limit = float(np.sqrt(chdtri(1, PRIOR_P[0])))
         yield Check("known length", Case.LENGTH, sigma, "", limit, agrees, "good", numbers)
-        apart, larger = _detail(chosen, "size_sigma"), _detail(chosen, "size_larger")
-        mm = 1e3 * abs(larger) * float(np.linalg.norm(chosen.t_m))
-        word = "good" if apart < SCALE_APART else "usable"
-        yield judged("scale", (Case.SCALE, Case.SCALE_OPEN), apart, "", (word, SCALE_APART), mm=mm)
+        error, own = limit * _detail(chosen, "length_check_sd"), _detail(chosen, "length_sd")
+        numbers, seen = {"percent": 100 * error}, error < UNNOTICED * own
+        case = Case.SCALE if seen else Case.SCALE_OPEN
+        yield Check("scale", case, error / own, "", UNNOTICED, seen, "good", numbers)
 
 
 def misfit(chosen: PoseEstimate) -> Check:

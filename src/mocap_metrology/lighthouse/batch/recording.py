@@ -204,10 +204,21 @@ class Recording:
         """S and h of its lengths, its trajectory eliminated as in `part`."""
         S, h = np.zeros((of.size, of.size)), np.zeros(of.size)
         for seen in self.lengths:
-            of_length = equation(seen, self.trajectory.control, state, of)
-            S_own, h_own, _ = added(of_length, part, self.noise)
-            S, h = S + S_own, h + h_own
+            d, e, variance = self.seen_length(seen, state, of, part)
+            S, h = S + np.outer(d, d) / variance, h + d * e / variance
         return S, h
+
+    def seen_length(
+        self, seen: LengthView, state: State, of: Layout, part: Reduced
+    ) -> tuple[Floats, float, float]:
+        """Derivative of a length by all unknowns but the trajectory, which is eliminated as in
+        `part`, its residual, and its variance, that of the trajectory included."""
+        of_length = equation(seen, self.trajectory.control, state, of)
+        a = of_length.by_trajectory
+        A_a = linalg.cho_solve_banded((part.factor, True), a, check_finite=False)
+        variance = of_length.variance + self.noise.hit**2 * float(a @ A_a)
+        d = of_length.by_others - part.A_C.T @ a
+        return d, of_length.residual - float(a @ part.A_g), variance
 
     def cost_of_lengths(self, state: State, of: Layout) -> float:
         """Sum of squares of its lengths."""
@@ -386,13 +397,3 @@ def equation(seen: LengthView, control: Floats, state: State, of: Layout) -> Len
     np.add.at(x, rows, seen.basis[:, :, None] * np.einsum("ni,nia->na", u, by_pose)[:, None])
     variance = seen.known.sd_m**2
     return LengthEquation(size - seen.known.size_m, variance, x.ravel(), np.einsum("ni,nig", u, by))
-
-
-def added(of_length: LengthEquation, part: Reduced, noise: Noise) -> tuple[Floats, Floats, float]:
-    """Its S and h as in `Reduced`, and its variance, that of the trajectory included."""
-    a = of_length.by_trajectory
-    A_a = linalg.cho_solve_banded((part.factor, True), a, check_finite=False)
-    variance = of_length.variance + noise.hit**2 * float(a @ A_a)
-    d = of_length.by_others - part.A_C.T @ a
-    e = of_length.residual - float(a @ part.A_g)
-    return np.outer(d, d) / variance, d * e / variance, variance

@@ -28,8 +28,6 @@ from mocap_metrology.lighthouse.batch.recording import (
     BatchInput,
     Recording,
     Sensed,
-    added,
-    equation,
     recording,
 )
 from mocap_metrology.lighthouse.batch.solve import reduced
@@ -226,8 +224,8 @@ def less_certain(solution: Joint) -> str:
     for one in (one for one in solution.recordings if one.lengths):
         part = reduced(one.sums(solution.state, solution.of), one.trajectory, one.noise)
         for seen in one.lengths:
-            of_length = equation(seen, one.trajectory.control, solution.state, solution.of)
-            times = np.sqrt(added(of_length, part, one.noise)[2] / of_length.variance)
+            *_, variance = one.seen_length(seen, solution.state, solution.of, part)
+            times = np.sqrt(variance) / seen.known.sd_m
             if times > 2:
                 at = ", ".join(f"{p.time_s:g} s" for p in seen.known.places if p.station is None)
                 why = f"{times:.0f} times less certain, as the place of the board is at {at}"

@@ -12,7 +12,7 @@ from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.assess.fit_checks import Case
 from mocap_metrology.lighthouse.assess.summary import summary
 from mocap_metrology.lighthouse.batch import problem
-from mocap_metrology.lighthouse.batch.recording import LengthView, equation
+from mocap_metrology.lighthouse.batch.length import LengthView, equation
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.calibrate.scene import Sensors

@@ -24,12 +24,7 @@ from mocap_metrology.lighthouse.batch import beforehand, inertial, parts
 from mocap_metrology.lighthouse.batch.estimate import Joint, expect_determined
 from mocap_metrology.lighthouse.batch.parts import rms_by
 from mocap_metrology.lighthouse.batch.problem import GROUPS, State
-from mocap_metrology.lighthouse.batch.recording import (
-    BatchInput,
-    Recording,
-    Sensed,
-    recording,
-)
+from mocap_metrology.lighthouse.batch.recording import BatchInput, Recording, Sensed, recording
 from mocap_metrology.lighthouse.batch.solve import reduced
 from mocap_metrology.lighthouse.batch.trajectory import KNOT_S, Trajectory
 from mocap_metrology.lighthouse.board import digest

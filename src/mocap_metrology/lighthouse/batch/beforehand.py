@@ -12,9 +12,10 @@ from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.problem import GROUPS
 from mocap_metrology.lighthouse.batch.recording import Recording
-from mocap_metrology.lighthouse.batch.solve import reduced
+from mocap_metrology.lighthouse.batch.solve import reduced, solved
 
 SHOWN = 0.03  # of the variance of a prior
+ANY_OFFSET = 0.1  # rad
 EXTENT = 10.0  # standard deviations of places: less is no extent of a board
 
 
@@ -100,6 +101,19 @@ def _strains(board: np.ndarray, least: float) -> Iterator[Floats]:
     along = axes[size > least * np.sqrt(len(board))]
     for a, b in combinations_with_replacement(along, 2):
         yield (np.outer(centred @ a, b) + np.outer(centred @ b, a)).ravel()
+
+
+def hidden_optics(joint: Joint) -> float:
+    """Standard deviation in rad of the better known combination of a station's offsets, if nothing
+    were known of them, of the station of which it is largest: as large errors of its optics, which
+    another station's values make, a recording does not show. 0 of known optics."""
+    hidden = 0.0
+    for of_station in joint.of.columns[..., 2]:
+        at, known = of_station[of_station >= 0], 1 / joint.believed**2
+        known[at] = 1 / ANY_OFFSET**2
+        C = solved(joint.S + np.diag(known), np.eye(known.size)[:, at])[at]
+        hidden = max([hidden, *np.sqrt(np.linalg.eigvalsh(C))[:1]])
+    return float(hidden)
 
 
 def scale_share(joint: Joint, station: int) -> float:

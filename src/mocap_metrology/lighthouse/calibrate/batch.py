@@ -138,7 +138,7 @@ def details_of(scene: Scene, solution: Joint, usable: Mapping[str, int]) -> dict
     residual over the noise of a hit by station, axis and diode; the sensors of the board; rms
     residual of hits as they are weighed; lost share of the weight of the `usable_hits` of each
     recording, by title, the largest, and that title; misfit of pieces as in `Joint`; probabilities
-    by chance that estimates are so far from their priors; `of_length`."""
+    by chance that estimates are so far from their priors; `hidden_optics`; `of_length`."""
     one, of, state = solution.recordings[0], solution.of, solution.state
     depth = of.columns[:, 0, 1]
     place = of.group == GROUPS.index("place")
@@ -162,6 +162,7 @@ def details_of(scene: Scene, solution: Joint, usable: Mapping[str, int]) -> dict
         **({"weight_lost_in": most_lost} if most_lost else {}),
         "misfit": solution.misfit,
         "prior_p": beforehand.prior_p(solution),
+        "hidden_optics_mrad": 1e3 * beforehand.hidden_optics(solution),
         **beforehand.of_length(solution),
     }
 

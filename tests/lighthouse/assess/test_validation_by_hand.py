@@ -72,6 +72,29 @@ def test_values_of_a_file_that_pieces_contradict(misfit, frames, stage, case, le
 
 
 @pytest.mark.parametrize(
+    ("generation", "diodes", "hidden", "frames", "stage", "level"),
+    [
+        (1, 4, 7.8, 0, "final", "doubtful"),  # a deck that moved little: 15 sigma off
+        (1, 4, 0.9, 0, "final", "usable"),  # far: shown by the pieces of 22 of 22
+        (1, 4, 7.8, 3, "final", "good"),
+        (1, 4, 94.0, 0, "static", "usable"),
+        (2, 4, 0.6, 0, "final", "doubtful"),  # up to 21 sigma off at a misfit of 1
+        (2, 5, 0.6, 0, "final", "usable"),
+    ],
+)
+def test_values_of_a_file_that_need_not_show(
+    generation, diodes, hidden, frames, stage, level
+) -> None:
+    stations = [replace(one, frames_found=frames, generation=generation) for one in STATIONS]
+    ratios = {"diode": {str(k): 1.0 for k in range(diodes)}}
+    details = {"misfit": 1.0, "residual_ratios": ratios, "hidden_optics_mrad": hidden}
+    batch = replace(POSE, estimator="batch", stage=stage, details=details, covariance=np.eye(6))
+    checks = validation.verdict(batch, [batch], stations).checks
+    (found,) = (check for check in checks if check.name == "factory values")
+    assert (found.level, found.case is Case.FACTORY_UNSEEN) == (level, level == "doubtful")
+
+
+@pytest.mark.parametrize(
     ("left", "stage", "case", "level"),
     [(1.0, "final", Case.MISFIT, "usable"), (1.9, "final", Case.MISFIT, "usable"),
      (2.0, "final", Case.MISFIT_OPEN, "doubtful"), (9.0, "static", Case.MISFIT, "usable")],

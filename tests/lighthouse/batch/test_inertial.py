@@ -31,6 +31,8 @@ from mocap_metrology.lighthouse.simulate.motion import motion_of
 from mocap_metrology.lighthouse.simulate.recording import sensed, simulate, up_of
 from mocap_metrology.lighthouse.simulate.twin import BoardTwin, InertialTwin, MotionTwin
 from tests.lighthouse import pairs
+from tests.lighthouse.batch.planes_scene import made, room
+from tests.lighthouse.batch.planes_scene import motion as hand
 
 DECK = BoardTwin(columns=2, rows=2, width_m=0.03, height_m=0.015)
 HITS_S = np.linspace(0.1, 2.8, 100)
@@ -195,6 +197,28 @@ def test_sensors_that_contradict_the_light_are_not_used(case: str) -> None:
     found, note = joint(replace(scene, sensors=Sensors(WRONG[case](series))))
     assert note.startswith("gyroscope and accelerometer not used: ")
     np.testing.assert_array_equal(found.state.t_m, alone.state.t_m)
+
+
+def test_an_accelerometer_turned_from_the_gyroscope_is_not_used() -> None:
+    """By 20 deg, on a dome that turns: bias, gravity and noise can share that among them."""
+    given, axis = made(2, 3, 3.0, place_mm=0.2, priors=Priors(phase_mrad=0.0)), np.ones(3) / 3**0.5
+    R_0, t_0 = room(2, 3)[0]
+
+    class OfFirst:
+        @staticmethod
+        def poses(time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            R, p = hand(time_s, 3)
+            return R_0.T @ R, (p - t_0) @ R_0
+
+    how = R_0.T @ [0.0, 0, 1], InertialTwin(), 3.0, np.random.default_rng(4)
+    series = sensed(OfFirst, *how)  # type: ignore[arg-type]
+    turned = series.force_m_s2 @ rotation.exp(np.radians(20) * axis)
+    notes = [
+        joint(replace(given.scene, sensors=Sensors(one)))[1]
+        for one in (series, replace(series, force_m_s2=turned))
+    ]
+    assert notes[0] == ""
+    assert "their orientation to each other would be 20 standard deviations off" in notes[1]
 
 
 def test_light_with_gaps_suffices_where_it_does_alone() -> None:

@@ -13,6 +13,7 @@ from enum import StrEnum
 import numpy as np
 from scipy.special import chdtri
 
+from mocap_metrology.lighthouse.board import FEWEST_DIODES
 from mocap_metrology.lighthouse.records import PoseEstimate
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
@@ -25,14 +26,13 @@ RESIDUAL = {"static": (2.0, 3.0), "kabsch": (10.0, 40.0), "final": (5.0, 30.0)}
 RESIDUAL_BATCH = (1.4, 3.0)  # which interpolates nothing: sound ones reach 1.0
 WEIGHT_LOST = (0.08, 0.35)  # of hits: wrong sweeps, reflections, stretches that fit no trajectory
 PRIOR_P = (1e-2, 1e-8)
-# Standard deviations of the size of the board, from its file to that by a length: if the length is
-# wrong and the file right, the pose is as far off.
-SCALE_APART = 5.0
-SCALE_P = 1e-4  # the length or the board is not as stated, and gives the pose its scale
+UNNOTICED = 5.0  # standard deviations of a known length by which it can be wrong unnoticed
+SCALE_P = 1e-3  # the length or the board is not as stated, and gives the pose its scale
 MISFIT = (1.2, 25.0)  # of variances; 1 within chance
 # What no step in time explains of it: optics of another station leave 2.2 to 109, but 1.0 in some
 # recordings of decks of four diodes; sound recordings of moved boards, real ones too, 1.0.
 UNEXPLAINED = 2.0
+HIDDEN_MRAD = 6.0  # phases differ by 25 to 37 mrad; of decks on short paths 4 to 25 are hidden
 SCALE_SHARE = 0.5  # of the variance of the position: from then on a known length helps most
 RESIDUAL_FAILED = 100.0  # over the expected one: no pose fits
 BATCH_FAILED = 25.0  # likewise of a path and all hits: optics of other stations make 16 at most
@@ -72,8 +72,9 @@ Case = StrEnum(
     " BOARD_POSES_HIGH BOARD_POSES_NONE PATH PATH_SHORT PATH_UNNEEDED PATH_NONE UNCERTAINTY"
     " UNCERTAINTY_ALL UNCERTAINTY_SCALE UNCERTAINTY_NONE UNCERTAINTY_UNKNOWN DURATION"
     " DURATION_UNUSUAL DURATION_SHORT DURATION_UNKNOWN FACTORY FACTORY_FILE FACTORY_DOUBTED"
-    " FACTORY_EXCHANGED IDEAL ESTIMATED ROTOR_CLEAR ROTOR_OPEN ROTOR_UNASKED STAGES STAGES_LOOSE"
-    " STAGES_UNKNOWN OPTICS OPTICS_FAR GRAVITY GRAVITY_OFF GRAVITY_OFF_IDEAL GRAVITY_UNKNOWN"
+    " FACTORY_UNSEEN FACTORY_EXCHANGED IDEAL ESTIMATED ROTOR_CLEAR ROTOR_OPEN ROTOR_UNASKED"
+    " STAGES STAGES_LOOSE STAGES_UNKNOWN OPTICS OPTICS_FAR GRAVITY GRAVITY_OFF GRAVITY_OFF_IDEAL"
+    " GRAVITY_UNKNOWN"
     " REFERENCE REFERENCE_NONE OBJECTS OBJECTS_APART",
 )
 
@@ -187,6 +188,17 @@ def _detail(chosen: PoseEstimate, name: str, default: float = math.nan) -> float
     return value if isinstance(value, float) else default
 
 
+def optics_hidden(chosen: PoseEstimate, generation: int) -> bool:
+    """Whether a moving board may not show that a station's values are those of another: of the
+    first generation by how large errors of phases are hidden, which make most of these; of the
+    second one by a board of four diodes, which leaves two angles a station to spare."""
+    if chosen.stage == "static":
+        return False
+    ratios = (chosen.details or {}).get("residual_ratios")
+    few = isinstance(ratios, dict) and len(ratios["diode"]) <= FEWEST_DIODES
+    return few if generation == 2 else _detail(chosen, "hidden_optics_mrad") > HIDDEN_MRAD
+
+
 def weight(chosen: PoseEstimate) -> Check:
     """Share of the hits' weight that `batch` does not use."""
     lost = _detail(chosen, "weight_lost")
@@ -214,8 +226,8 @@ def priors(chosen: PoseEstimate) -> Check:
 
 
 def length(chosen: PoseEstimate) -> Iterator[Check]:
-    """Check of a known length: how much of the scale rests on it, and how far the board disagrees
-    with it."""
+    """Check of a known length: how much of the scale rests on it, how far the board disagrees with
+    it, and whether an error of it would be noticed at all, which no recording changes."""
     sigma = _detail(chosen, "board_sigma")
     if math.isfinite(sigma):
         keys = {"larger": "board_larger", "percent": "length_share"}
@@ -223,10 +235,10 @@ def length(chosen: PoseEstimate) -> Iterator[Check]:
         agrees = _detail(chosen, "scale_p") >= PRIOR_P[0]
         limit = float(np.sqrt(chdtri(1, PRIOR_P[0])))
         yield Check("known length", Case.LENGTH, sigma, "", limit, agrees, "good", numbers)
-        apart, larger = _detail(chosen, "size_sigma"), _detail(chosen, "size_larger")
-        mm = 1e3 * abs(larger) * float(np.linalg.norm(chosen.t_m))
-        word = "good" if apart < SCALE_APART else "usable"
-        yield judged("scale", (Case.SCALE, Case.SCALE_OPEN), apart, "", (word, SCALE_APART), mm=mm)
+        error, own = limit * _detail(chosen, "length_check_sd"), _detail(chosen, "length_sd")
+        numbers, seen = {"percent": 100 * error}, error < UNNOTICED * own
+        case = Case.SCALE if seen else Case.SCALE_OPEN
+        yield Check("scale", case, error / own, "", UNNOTICED, seen, "good", numbers)
 
 
 def misfit(chosen: PoseEstimate) -> Check:

@@ -42,10 +42,12 @@ def factory(
     stations: Sequence[Station],
     exchanged: Sequence[str] = (),
     doubted: bool = False,
+    unseen: bool = False,
 ) -> Check:
     """Errors by neglected factory values do not show in any fit (facts of eight real stations);
     exchanged: stations of any pair whose values fit better exchanged; doubted: pieces of the
-    recording contradict each other, as with another station's values."""
+    recording contradict each other, or all of it the board, as with another station's values;
+    unseen: as `fit_checks.optics_hidden`."""
     value, names, why = "file", tuple[str, ...](), dict[str, str]()
     if chosen.optics != "factory":
         value = chosen.optics
@@ -56,8 +58,9 @@ def factory(
         case, level, names = Case.FACTORY_EXCHANGED, "doubtful", tuple(exchanged)
     elif filed := tuple(s.role for s in stations if s.frames_found == 0):
         case, level, names = Case.FACTORY_FILE, "usable", filed
-        if doubted:
-            case, level = Case.FACTORY_DOUBTED, "doubtful"
+        if doubted or unseen:
+            case = Case.FACTORY_DOUBTED if doubted else Case.FACTORY_UNSEEN
+            level = "doubtful"
     else:
         case, level, value = Case.FACTORY, "good", "recording"
     limit, ok = "of both stations, from the recording", case is Case.FACTORY
@@ -217,15 +220,18 @@ def verdict(
     same = [p for p in poses if (p.estimator, p.optics) == ("batch", chosen.optics)]
     weighed = chosen if chosen.estimator == "batch" or not same else same[-1]
     misfit = fit_checks.misfit(weighed)
+    priors, halves = fit_checks.priors(weighed), fit_checks.halves(chosen)
     doubted = misfit.case is Case.MISFIT_OPEN
+    contradicted = doubted or priors.ok is False or halves.case is Case.HALVES_MISFIT
+    unseen = fit_checks.optics_hidden(weighed, stations[0].generation)
     checks = (
         fit_checks.distance(chosen),
         fit_checks.residual(chosen, expected_urad),
         fit_checks.weight(weighed),
-        fit_checks.priors(weighed),
+        priors,
         *fit_checks.length(weighed),
         misfit,
-        factory(chosen, stations, exchanged, doubted),
+        factory(chosen, stations, exchanged, contradicted, unseen),
         rotor_model(chosen, variants),
         fit_checks.mirrored(chosen),
         fit_checks.motion(chosen),
@@ -235,7 +241,7 @@ def verdict(
         *agreements(chosen, poses),
         gravity(chosen, stations),
         fit_checks.weighted(chosen, expected_urad),
-        fit_checks.halves(chosen),
+        halves,
         fit_checks.uncertainty(chosen),
         fit_checks.duration(duration_s),
         against_reference(errors),

@@ -11,8 +11,11 @@ from scipy.special import chdtrc
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.batch.problem import GROUPS
+from mocap_metrology.lighthouse.batch.recording import Recording
+from mocap_metrology.lighthouse.batch.solve import reduced, solved
 
 SHOWN = 0.03  # of the variance of a prior
+ANY_OFFSET = 0.1  # rad
 EXTENT = 10.0  # standard deviations of places: less is no extent of a board
 
 
@@ -48,38 +51,46 @@ def prior_p(joint: Joint) -> float:
 
 
 def of_length(joint: Joint) -> dict[str, float]:
-    """What a known length says of the size of the board. scale_p: probability by chance that it
-    differs so much from its file, 1 without such a length; with one also board_larger: than its
-    file, a share; board_sigma: this over its standard deviation, by what is known of that size, in
-    the notation of `prior_p`; length_share: of what is known of the scale; and `_size`."""
-    at = joint.of.scale
-    if at < 0 or joint.working[at] < joint.of.sd[at]:
+    """What known lengths say of the size of the board, and all else of them; scale_p alone, 1,
+    without any. board_larger: than its file, a share; board_sigma: this over its standard
+    deviation, by what is known of that size, in the notation of `prior_p`; length_share: of what is
+    known of the scale; scale_p: probability by chance that the lengths differ so much from all
+    else; length_check_sd: standard deviation, a share, with which an error of the length shows that
+    all else checks least, and length_sd, its own (Baarda 1968, reliability of an observation).
+
+    With D the derivatives of the lengths, V their variances, C the covariance of their residuals
+    and K = D M D' V^-1 - 1, an error e of them changes these by K e: it shows to sqrt(C) / K.
+    """
+    at, of = joint.of.scale, [row for one in joint.recordings for row in _lengths(one, joint)]
+    if at < 0 or not of:
         return {"scale_p": 1.0}
-    M, known = joint.inverse
-    by_prior = (np.eye(known.size)[at] - M[at] * known) * np.where(known > 0, joint.believed, 0.0)
-    variance = by_prior @ by_prior + M[at] @ joint.pull @ M[at]
-    larger = float(joint.state.values[at])
-    sigma = larger / float(np.sqrt(variance))
-    share = 1 - float(joint.covariance[at, at] / joint.believed[at] ** 2)
-    by_chance = {"scale_p": float(chdtrc(1, sigma**2)), "length_share": share}
-    return {"board_larger": larger, "board_sigma": sigma, **by_chance, **_size(joint)}
+    size, D, off, V = (np.array(column) for column in zip(*of, strict=True))
+    (M, known), pull, n = joint.inverse, joint.pull, len(V)
+    rows = np.vstack([np.eye(known.size)[at], D])
+    moved = np.vstack([rows[0], np.zeros_like(D)]) - rows @ M * known
+    noise = rows @ M
+    K = D @ M @ (D.T / V) - np.eye(n)
+    C = (moved * joint.sd) @ (moved * joint.sd).T + noise @ pull @ noise.T
+    larger, sd = float(joint.state.values[at]), float(np.sqrt(C[0, 0]))
+    C = C[1:, 1:] - (K + np.eye(n)) * V @ (K + np.eye(n)).T + K * V @ K.T
+    check, own = np.sqrt(np.diag(C)) / np.abs(np.diag(K)) / size, np.sqrt(V) / size
+    least = int(np.argmax(check / own))
+    return {
+        "board_larger": larger,
+        "board_sigma": larger / sd,
+        "scale_p": float(chdtrc(n, off @ np.linalg.solve(C, off))),
+        "length_share": 1 - float(joint.covariance[at, at] / joint.believed[at] ** 2),
+        "length_check_sd": float(check[least]),
+        "length_sd": float(own[least]),
+    }
 
 
-def _size(joint: Joint) -> dict[str, float]:
-    """By how much the estimated board is larger than its file, a share, and this over its standard
-    deviation: scale s and errors d_i of places x_i, from their mean, make it
-    s + sum(x_i . d_i) / sum(x_i^2)."""
-    at, places, board = joint.of.scale, joint.of.places, joint.state.board
-    row, off = np.zeros(joint.of.size), np.zeros_like(board)
-    if places >= 0:
-        off = joint.state.values[places : places + board.size].reshape(-1, 3)
-    x = (board - off - (board - off).mean(axis=0)) / (1 + joint.state.values[at])
-    row[at] = 1.0
-    if places >= 0:
-        row[places : places + board.size] = (x / np.sum(x**2)).ravel()
-    larger = float(row @ joint.state.values)
-    sd = float(np.sqrt(row @ joint.covariance @ row))
-    return {"size_larger": larger, "size_sigma": abs(larger) / sd}
+def _lengths(one: Recording, joint: Joint) -> Iterator[tuple[float, Floats, float, float]]:
+    """Size in m of each known length of a recording, and its `seen_length`."""
+    if one.lengths:
+        part = reduced(one.sums(joint.state, joint.of), one.trajectory, one.noise)
+    for seen in one.lengths:
+        yield seen.known.size_m, *one.seen_length(seen, joint.state, joint.of, part)
 
 
 def _strains(board: np.ndarray, least: float) -> Iterator[Floats]:
@@ -90,6 +101,19 @@ def _strains(board: np.ndarray, least: float) -> Iterator[Floats]:
     along = axes[size > least * np.sqrt(len(board))]
     for a, b in combinations_with_replacement(along, 2):
         yield (np.outer(centred @ a, b) + np.outer(centred @ b, a)).ravel()
+
+
+def hidden_optics(joint: Joint) -> float:
+    """Standard deviation in rad of the better known combination of a station's offsets, if nothing
+    were known of them, of the station of which it is largest: as large errors of its optics, which
+    another station's values make, a recording does not show. 0 of known optics."""
+    hidden = 0.0
+    for of_station in joint.of.columns[..., 2]:
+        at, known = of_station[of_station >= 0], 1 / joint.believed**2
+        known[at] = 1 / ANY_OFFSET**2
+        C = solved(joint.S + np.diag(known), np.eye(known.size)[:, at])[at]
+        hidden = max([hidden, *np.sqrt(np.linalg.eigvalsh(C))[:1]])
+    return float(hidden)
 
 
 def scale_share(joint: Joint, station: int) -> float:

@@ -4,14 +4,15 @@ J VIII expects more of such sensors than of interpolation. Between the ends a, b
 the trajectory's knots, m its middle and h half its length,
 
     e_w = Log(W' M' R_a' R_b M) / 2h,
-    e_f = (1 + s) (M' R_m' ((q_b - 2 q_m + q_a) / h^2 - g) + c) - f,   q = p + R l,
+    e_f = (1 + s) (N' M' R_m' ((q_b - 2 q_m + q_a) / h^2 - g) + c) - f,   q = p + R l,
 
-with R, p the board's pose, M the small rotation of the sensors' axes on the board and l their
-place, g gravity. W is the rotation that the gyroscope measured, less its bias; f the mean of the
-accelerometer with the weights of that second difference, a triangle, each sample turned by the
-gyroscope to the middle; s and c are its scale and bias. So both are exact whatever the motion is
-within an interval; what the spline cannot follow counts as noise, which is estimated. Sensors
-filter, so they are late by some ms: that delay is an unknown, too.
+with R, p the board's pose, M the small rotation of the sensors' axes on the board, N that of the
+accelerometer's from the gyroscope's and l their place, g gravity. W is the rotation that the
+gyroscope measured, less its bias; f the mean of the accelerometer with the weights of that second
+difference, a triangle, each sample turned by the gyroscope to the middle; s and c are its scale and
+bias. So both are exact whatever the motion is within an interval; what the spline cannot follow
+counts as noise, which is estimated. Sensors filter, so they are late by some ms: that delay is an
+unknown, too.
 """
 
 from __future__ import annotations
@@ -44,13 +45,13 @@ STEP_S = 5e-3  # of the derivative by the delay: in a shorter one there is more 
 NEAR = 4 * POSE  # unknowns of the trajectory in an interval
 ENDS = cubic(np.array([0.0, 0.5, 1.0]))  # weights at begin, middle and end of an interval
 SECOND = np.array([1.0, -2.0, 1.0])
-BIAS_W, BIAS_F, SCALE, TURN, PLACE, DELAY = (
-    slice(*ends) for ends in ((0, 3), (3, 6), (6, 7), (7, 10), (10, 13), (13, 14))
+BIAS_W, BIAS_F, SCALE, TURN, PLACE, DELAY, APART = (
+    slice(*ends) for ends in ((0, 3), (3, 6), (6, 7), (7, 10), (10, 13), (13, 14), (14, 17))
 )
 OWN = INERTIAL_SD.size
 UNKNOWNS = {
     **{"rate bias": BIAS_W, "force bias": BIAS_F, "scale": SCALE, "orientation": TURN},
-    **{"place": PLACE, "delay": DELAY},
+    **{"place": PLACE, "delay": DELAY, "orientation to each other": APART},
 }
 FARTHEST = 6.0  # standard deviations of an unknown: beyond it they are not as described
 NOISIEST = 50.0  # times `LEAST`: likewise
@@ -113,12 +114,13 @@ class Residuals:
     R: Floats  # (n, 3, 3, 3), at begin, middle, end
     by_knots: Floats  # likewise: right Jacobians of the trajectory's rotation vectors
     by_bias: Floats  # (n, 3, 3): of W's rotation vector
-    by_turn: Floats  # (3, 3): of M's
+    by_turn: Floats  # (2, 3, 3): of M's and N's
     by_delay: Floats  # (n, 2, 3)
     y: Floats  # (n, 3): acceleration less gravity, in axes of the board
     felt: Floats  # (n, 3): in axes of the sensors, with their bias
     gain: float  # 1 + s
     M: Floats
+    N: Floats
     place: Floats
 
     def take(self, chosen: np.ndarray) -> Residuals:
@@ -134,7 +136,7 @@ def residuals(
     present one, from which that is linear, as samples that enter and leave an interval make the
     cost rough."""
     unknowns = state.values[column : column + OWN]
-    M, place = exp(unknowns[TURN]), seen.series.place_m + unknowns[PLACE]
+    M, N, place = exp(unknowns[TURN]), exp(unknowns[APART]), seen.series.place_m + unknowns[PLACE]
     h = (seen.time_s[0, 2] - seen.time_s[0, 0]) / 2
     weights = _weights(seen)
     near = trajectory.control[seen.interval[:, None] + np.arange(4)]
@@ -143,7 +145,7 @@ def residuals(
     R = seen.F @ exp(v).reshape(-1, 3, 3, 3)
     q = pose[..., :3] + R @ place
     y = np.einsum("nji,nj->ni", R[:, 1], np.einsum("j,nja->na", SECOND, q) / h**2 - state.gravity)
-    felt, gain = y @ M + unknowns[BIAS_F], 1 + float(unknowns[SCALE][0])
+    felt, gain = y @ M @ N + unknowns[BIAS_F], 1 + float(unknowns[SCALE][0])
     back = M.T @ np.swapaxes(R[:, 0], 1, 2) @ R[:, 2] @ M
 
     def at(delay_s: float) -> tuple[Floats, Floats]:
@@ -155,8 +157,11 @@ def residuals(
     by_delay = (at(near_s + STEP_S)[0] - at(near_s - STEP_S)[0]) / (2 * STEP_S)
     e += (unknowns[DELAY][0] - near_s) * by_delay
     by_knots = right_jacobians(v).reshape(-1, 3, 3, 3)
-    by_bias, by_turn = right_jacobians(log(turn)), right_jacobians(unknowns[None, TURN])[0]
-    return Residuals(e, R, by_knots, by_bias, by_turn, by_delay, y, felt, gain, M, place)
+    by_bias, by_turn = (
+        right_jacobians(log(turn)),
+        right_jacobians(np.stack([unknowns[TURN], unknowns[APART]])),
+    )
+    return Residuals(e, R, by_knots, by_bias, by_turn, by_delay, y, felt, gain, M, N, place)
 
 
 def delay(state: State, column: int) -> float:
@@ -188,18 +193,20 @@ def derivatives(seen: Windows, res: Residuals) -> tuple[Floats, Floats]:
     back = np.swapaxes(R[:, 2], 1, 2) @ R[:, 0]
     at[:, :3, 0, 3:] = -M.T @ back @ res.by_knots[:, 0] / (2 * h)
     at[:, :3, 2, 3:] = M.T @ res.by_knots[:, 2] / (2 * h)
-    P = M.T @ np.swapaxes(R[:, 1], 1, 2)
+    MN = M @ res.N
+    P = MN.T @ np.swapaxes(R[:, 1], 1, 2)
     for j, factor in enumerate(SECOND / h**2):
         at[:, 3:, j, :3] = factor * P
         at[:, 3:, j, 3:] = -factor * P @ R[:, j] @ cross(res.place) @ res.by_knots[:, j]
-    at[:, 3:, 1, 3:] += M.T @ cross(res.y) @ res.by_knots[:, 1]
+    at[:, 3:, 1, 3:] += MN.T @ cross(res.y) @ res.by_knots[:, 1]
     near = np.einsum("ji,nrja->nria", _weights(seen), at).reshape(n, 6, NEAR)
     far = np.zeros((n, 6, 3 + OWN))
     far[:, 3:, :3] = -P
     by_unknowns = far[:, :, 3:]
     by_unknowns[:, :3, BIAS_W], by_unknowns[:, 3:, BIAS_F] = res.by_bias, np.eye(3)
-    by_unknowns[:, :3, TURN] = (np.eye(3) - M.T @ back @ M) @ res.by_turn / (2 * h)
-    by_unknowns[:, 3:, TURN] = cross(res.y @ M) @ res.by_turn
+    by_unknowns[:, :3, TURN] = (np.eye(3) - M.T @ back @ M) @ res.by_turn[0] / (2 * h)
+    by_unknowns[:, 3:, TURN] = res.N.T @ cross(res.y @ M) @ res.by_turn[0]
+    by_unknowns[:, 3:, APART] = cross(res.y @ MN) @ res.by_turn[1]
     by_unknowns[:, 3:, PLACE] = P @ np.einsum("j,njab->nab", SECOND / h**2, R)
     near[:, 3:] *= res.gain
     far[:, 3:] *= res.gain
@@ -266,10 +273,10 @@ def noise_of(seen: Windows, res: Residuals, noise: Floats, factor: Floats, hit: 
 
 def contradiction(values: np.ndarray, column: int, noise: Floats) -> str:
     """Why the sensors cannot be those of the board as described; empty where they can."""
-    off = np.abs(values[column : column + OWN] / INERTIAL_SD)
+    off = values[column : column + OWN] / INERTIAL_SD
     for name, rows in UNKNOWNS.items():
-        if off[rows].max() > FARTHEST:
-            return f"their {name} would be {off[rows].max():.0f} standard deviations off"
+        if (far := np.linalg.norm(off[rows])) > FARTHEST:
+            return f"their {name} would be {far:.0f} standard deviations off"
     if (noise > NOISIEST * LEAST).any():
         rate, force = noise
         return f"they differ from the light by {rate:.2g} rad/s and {force:.2g} m/s^2 (rms)"

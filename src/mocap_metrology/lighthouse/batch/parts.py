@@ -273,16 +273,35 @@ def halves(
     return pair, max(float(d @ np.linalg.solve(noise, d)) for d in off) / POSE, left
 
 
-def predicted(joint: Joint, priors: Priors) -> list[list[Halves | None]]:
+def members_of(joint: Joint) -> list[Piece]:
+    """Normal equations of each recording."""
+    none = np.zeros(0)
+    return [Piece.of(one, one.sums(joint.state, joint.of), none) for one in joint.recordings]
+
+
+def pull_of_zeros(joint: Joint, priors: Priors, members: Sequence[Piece]) -> Floats | float:
+    """Covariance of what time zeros of each recording pull at all unknowns, sum of P_o z^2 P_o';
+    0 where recordings show, after a step as in `misfit_of`, that theirs are the same."""
+    at = np.flatnonzero(joint.of.group == GROUPS.index("offset"))
+    total, known = Piece.total(members), 1 / joint.believed**2
+    step = -solved(total.S + np.diag(known), total.h + known * joint.state.values)
+    freedom = (len(members) - 1) * at.size - POSE * (len(joint.state.R) - 1)
+    pulls = [(one.h + one.S @ step)[at] for one in members]
+    own = zip(pulls, members, strict=True)
+    square = sum(float(h @ solved(one.S[np.ix_(at, at)], h)) for h, one in own)
+    if freedom > 0 and square < chdtri(freedom, BY_CHANCE):
+        return 0.0
+    return sum(priors.time_zero_rad**2 * one.S[:, at] @ one.S[at] for one in members)
+
+
+def predicted(joint: Joint, priors: Priors, parts: Sequence[Piece]) -> list[list[Halves | None]]:
     """Pose of each station but the first from each of several recordings against that from all
     others, as seen from the first station from which both determine it, None where there is none:
     first by station, then by recording.
 
     As `halves`, but recordings have time zeros of their own: flashes reach other diodes.
     """
-    state, of = joint.state, joint.of
-    none = np.zeros(0)
-    parts = [Piece.of(one, one.sums(state, of), none) for one in joint.recordings]
+    state = joint.state
     every = Piece.total(parts)
     zero = _of_one(joint, priors)
     apart: list[list[Halves | None]] = []

@@ -16,6 +16,7 @@ prior, a normal distribution about the value of the board file, the factory cali
 | accelerometer: bias | recording, axis | 0.3 m/s^2 |
 | accelerometer: scale | recording | 1e-2 |
 | orientation of both on the board | recording, axis | 2 deg |
+| that of the accelerometer from the gyroscope's | recording, axis | 1 deg |
 | place of the accelerometer | recording, coordinate | 3 mm |
 | delay of both against light | recording | 3 ms |
 
@@ -23,7 +24,7 @@ prior, a normal distribution about the value of the board file, the factory cali
 of its turns is the offset of both planes, the phase is that of plane 1; the spread of its other
 factory values is given beside these. The cover is an unknown where normals of diodes are known.
 Scale and depth are hardly seen by the angles, so their priors go into the
-covariance of the poses nearly as they are; where poses are known, the scale is seen. The last seven
+covariance of the poses nearly as they are; where poses are known, the scale is seen. The last eight
 are unknowns only where such data are used.
 """
 
@@ -43,8 +44,10 @@ from mocap_metrology.lighthouse.timing import CYCLE_S
 
 RAD_PER_S = np.pi / CYCLE_S
 GROUPS = ("pose", "depth", "offset", "intrinsic", "scale", "place", "gravity", "inertial", "cover")
-# Of the sensors of a recording: bias of both, scale, orientation, place, delay; in SI and rad.
-INERTIAL_SD = np.repeat([0.1, 0.3, 1e-2, np.radians(2.0), 3e-3, 3e-3], [3, 3, 1, 3, 3, 1])
+# Of the sensors of a recording: bias of both, scale, orientation, place, delay, orientation of the
+# accelerometer from the gyroscope; in SI and rad.
+_SD = 0.1, 0.3, 1e-2, np.radians(2.0), 3e-3, 3e-3, np.radians(1.0)
+INERTIAL_SD = np.repeat(_SD, [3, 3, 1, 3, 3, 1, 3])
 GRAVITY_M_S2 = 9.81
 ANY_GRAVITY = 100.0  # of a coordinate: for recordings that say nothing of it
 # Between the outermost diodes: decks of 33 mm were 0.5 to 1.3 % larger than their files.

@@ -2,15 +2,6 @@
 
 Steps are damped by control point: one stretch in which hits are few or wrong fails at steps that
 all others need, and damped alone it holds up no other.
-
-A length that was measured in the room is that between two places, or the size of a figure of
-several, as angles do not show scale: with places p_i of mean c,
-
-    L = sqrt(sum |p_i - c|^2),   dL = sum (p_i - c) / L dp_i,
-
-which of two places is their distance over sqrt(2). With a, b the derivatives by trajectory and all
-else, and in the notation of `batch.solve`, the trajectory leaves the derivative b - C' A^-1 a and
-the variance sd^2 + a' A^-1 a. It is not moved itself.
 """
 
 from __future__ import annotations
@@ -25,7 +16,8 @@ from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch import inertial
 from mocap_metrology.lighthouse.batch.inertial import Windows, windows
-from mocap_metrology.lighthouse.batch.kernel import POSE, SPAN, Equations, right_jacobians
+from mocap_metrology.lighthouse.batch.kernel import POSE, SPAN, Equations
+from mocap_metrology.lighthouse.batch.length import LengthView, equation
 from mocap_metrology.lighthouse.batch.problem import Layout, State, Sweeps, by_sweep
 from mocap_metrology.lighthouse.batch.solve import Reduced, Sums, bend_cost, linearised
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
@@ -46,7 +38,9 @@ from mocap_metrology.lighthouse.rotation import exp
 RISE, SHARE = 0.01, 0.03  # of the cost, which is a chi squared; of the largest rise
 REACH = np.ones(SPAN // POSE)  # control points of a sweep
 CELL = 0.2  # of the direction, a unit vector in the board's axes: 11 deg
-PER_AXIS = 12  # cells
+PER_AXIS = 12  # cells; the first remains empty
+STRIDES = np.outer((-1, 1), (1, PER_AXIS, PER_AXIS**2)).ravel()  # from a cell to its neighbours
+ALIKE = 0.6  # of its hits: so 3.4 cells are one, by the covariances below 3.1
 USUAL_RAD, AS_MANY_AS = 25e-6, 2.0  # tau of two boards, 16 and 36 urad; and what that counts for
 FEWEST_HITS = 4.0  # of a cell whose mean counts
 
@@ -68,8 +62,9 @@ def shared_by_direction(
     white noise is 24 urad. Of n hits of a diode, of the white noise s, in a cell of directions of
     which the error has the variance tau^2, the mean has s^2 / n + tau^2: all are worth as much as
         n share,   share = (s^2 + tau^2) / (s^2 + n tau^2)
-    independent ones. tau is what means of cells of one diode, station and plane differ by; a board
-    that shows its diodes from one direction has that of other boards.
+    independent ones, n with `ALIKE` of those in neighbouring cells. tau is what means of cells of
+    one diode, station and plane differ by; a board that shows its diodes from one direction has
+    that of other boards.
 
     alone, weight: residual beyond its sweep's offset in rad, robust weight; hit_rad: noise of a
     hit.
@@ -89,7 +84,11 @@ def shared_by_direction(
     within = float(weight @ (alone - mean[cell]) ** 2) / max(float(np.sum(n - 1)), 1.0)
     tau2 = _variance(number // PER_AXIS**3, n, mean, within, views)
     white = hit_rad**2 * min(within * float(n.sum()) / float(weight @ alone**2), 1.0)
-    share = np.asarray((white + tau2) / (white + n * tau2), np.float64)
+    alike = n.copy()
+    for step in STRIDES:
+        at = np.minimum(np.searchsorted(number, number + step), number.size - 1)
+        alike += ALIKE * n[at] * (number[at] == number + step)
+    share = np.asarray((white + tau2) / (white + alike * tau2), np.float64)
     return share[cell], float(np.sqrt(tau2)), float(np.sqrt(white + tau2))
 
 
@@ -211,10 +210,21 @@ class Recording:
         """S and h of its lengths, its trajectory eliminated as in `part`."""
         S, h = np.zeros((of.size, of.size)), np.zeros(of.size)
         for seen in self.lengths:
-            of_length = equation(seen, self.trajectory.control, state, of)
-            S_own, h_own, _ = added(of_length, part, self.noise)
-            S, h = S + S_own, h + h_own
+            d, e, variance = self.seen_length(seen, state, of, part)
+            S, h = S + np.outer(d, d) / variance, h + d * e / variance
         return S, h
+
+    def seen_length(
+        self, seen: LengthView, state: State, of: Layout, part: Reduced
+    ) -> tuple[Floats, float, float]:
+        """Derivative of a length by all unknowns but the trajectory, which is eliminated as in
+        `part`, its residual, and its variance, that of the trajectory included."""
+        of_length = equation(seen, self.trajectory.control, state, of)
+        a = of_length.by_trajectory
+        A_a = linalg.cho_solve_banded((part.factor, True), a, check_finite=False)
+        variance = of_length.variance + self.noise.hit**2 * float(a @ A_a)
+        d = of_length.by_others - part.A_C.T @ a
+        return d, of_length.residual - float(a @ part.A_g), variance
 
     def cost_of_lengths(self, state: State, of: Layout) -> float:
         """Sum of squares of its lengths."""
@@ -333,73 +343,3 @@ def pull_of_begins(one: Recording, sums: Sums, part: Reduced) -> Floats:
         twice = min(clock.variance, (noise.sweep / rad_per_s) ** 2)
         total += clock.error_of(pull, turn[begins]) - twice * pull.T @ pull
     return total
-
-
-@dataclass(frozen=True)
-class LengthEquation:
-    """Residual L - measured in m, variance, derivatives by trajectory (6 K,) and all else
-    (unknowns,)."""
-
-    residual: float
-    variance: float
-    by_trajectory: Floats
-    by_others: Floats
-
-
-@dataclass(frozen=True)
-class LengthView:
-    """A length with what the trajectory's knots fix about it: first control point, weights of four,
-    and reference rotation of each place."""
-
-    known: KnownLength
-    first: np.ndarray
-    basis: Floats
-    turned: Floats
-
-    @classmethod
-    def of(cls, known: KnownLength, trajectory: Trajectory) -> LengthView:
-        """A known length with the basis functions of the path at its times."""
-        time_s = np.array([place.time_s for place in known.places])
-        return cls(known, *trajectory.basis(time_s), trajectory.reference(time_s))
-
-
-def equation(seen: LengthView, control: Floats, state: State, of: Layout) -> LengthEquation:
-    """The equation of a known length at these values; control (K, 6): control points of the
-    trajectory."""
-    places = seen.known.places
-    n, rows = len(places), seen.first[:, None] + np.arange(4)
-    ends = np.einsum("ni,nij->nj", seen.basis, control[rows])
-    J = right_jacobians(np.ascontiguousarray(ends[:, 3:]))
-    R = seen.turned @ exp(ends[:, 3:])
-    at, by = ends[:, :3].copy(), np.zeros((n, 3, of.size))
-    by_pose = np.zeros((n, 3, POSE))
-    for k, place in enumerate(places):
-        if place.station is not None:
-            at[k] = state.t_m[place.station]
-            if (pose := int(of.columns[place.station, 0, 0])) >= 0:
-                by[k, :, pose : pose + 3] = np.eye(3)
-            continue
-        q = state.board[place.diode]
-        at[k] += R[k] @ q
-        by_pose[k, :, :3] = np.eye(3)
-        by_pose[k, :, 3:] = R[k] @ np.cross(np.eye(3), q).T @ J[k]
-        if of.scale >= 0:
-            by[k, :, of.scale] = R[k] @ q
-        if of.places >= 0:
-            by[k, :, of.places + 3 * place.diode + np.arange(3)] = R[k].T
-    off = at - at.mean(axis=0)
-    size = float(np.linalg.norm(off))
-    u, x = off / size, np.zeros_like(control)
-    np.add.at(x, rows, seen.basis[:, :, None] * np.einsum("ni,nia->na", u, by_pose)[:, None])
-    variance = seen.known.sd_m**2
-    return LengthEquation(size - seen.known.size_m, variance, x.ravel(), np.einsum("ni,nig", u, by))
-
-
-def added(of_length: LengthEquation, part: Reduced, noise: Noise) -> tuple[Floats, Floats, float]:
-    """Its S and h as in `Reduced`, and its variance, that of the trajectory included."""
-    a = of_length.by_trajectory
-    A_a = linalg.cho_solve_banded((part.factor, True), a, check_finite=False)
-    variance = of_length.variance + noise.hit**2 * float(a @ A_a)
-    d = of_length.by_others - part.A_C.T @ a
-    e = of_length.residual - float(a @ part.A_g)
-    return np.outer(d, d) / variance, d * e / variance, variance

@@ -24,14 +24,7 @@ from mocap_metrology.lighthouse.batch import beforehand, inertial, parts
 from mocap_metrology.lighthouse.batch.estimate import Joint, expect_determined
 from mocap_metrology.lighthouse.batch.parts import rms_by
 from mocap_metrology.lighthouse.batch.problem import GROUPS, State
-from mocap_metrology.lighthouse.batch.recording import (
-    BatchInput,
-    Recording,
-    Sensed,
-    added,
-    equation,
-    recording,
-)
+from mocap_metrology.lighthouse.batch.recording import BatchInput, Recording, Sensed, recording
 from mocap_metrology.lighthouse.batch.solve import reduced
 from mocap_metrology.lighthouse.batch.trajectory import KNOT_S, Trajectory
 from mocap_metrology.lighthouse.board import digest
@@ -145,7 +138,7 @@ def details_of(scene: Scene, solution: Joint, usable: Mapping[str, int]) -> dict
     residual over the noise of a hit by station, axis and diode; the sensors of the board; rms
     residual of hits as they are weighed; lost share of the weight of the `usable_hits` of each
     recording, by title, the largest, and that title; misfit of pieces as in `Joint`; probabilities
-    by chance that estimates are so far from their priors; `of_length`."""
+    by chance that estimates are so far from their priors; `hidden_optics`; `of_length`."""
     one, of, state = solution.recordings[0], solution.of, solution.state
     depth = of.columns[:, 0, 1]
     place = of.group == GROUPS.index("place")
@@ -169,6 +162,7 @@ def details_of(scene: Scene, solution: Joint, usable: Mapping[str, int]) -> dict
         **({"weight_lost_in": most_lost} if most_lost else {}),
         "misfit": solution.misfit,
         "prior_p": beforehand.prior_p(solution),
+        "hidden_optics_mrad": 1e3 * beforehand.hidden_optics(solution),
         **beforehand.of_length(solution),
     }
 
@@ -226,8 +220,8 @@ def less_certain(solution: Joint) -> str:
     for one in (one for one in solution.recordings if one.lengths):
         part = reduced(one.sums(solution.state, solution.of), one.trajectory, one.noise)
         for seen in one.lengths:
-            of_length = equation(seen, one.trajectory.control, solution.state, solution.of)
-            times = np.sqrt(added(of_length, part, one.noise)[2] / of_length.variance)
+            *_, variance = one.seen_length(seen, solution.state, solution.of, part)
+            times = np.sqrt(variance) / seen.known.sd_m
             if times > 2:
                 at = ", ".join(f"{p.time_s:g} s" for p in seen.known.places if p.station is None)
                 why = f"{times:.0f} times less certain, as the place of the board is at {at}"

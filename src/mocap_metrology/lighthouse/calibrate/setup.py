@@ -24,7 +24,14 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.batch.estimate import Joint, estimate, expect_determined
-from mocap_metrology.lighthouse.batch.parts import halves, misfit_of, pieces_of, predicted
+from mocap_metrology.lighthouse.batch.parts import (
+    halves,
+    members_of,
+    misfit_of,
+    pieces_of,
+    predicted,
+    pull_of_zeros,
+)
 from mocap_metrology.lighthouse.batch.recording import BatchInput
 from mocap_metrology.lighthouse.calibrate import network as networks
 from mocap_metrology.lighthouse.calibrate.batch import (
@@ -208,7 +215,11 @@ def by_setup(
         )
     solution, scene, ways = _by_variant(scene, scenes, pieces)
     with expect_determined(scene.title):
-        apart = predicted(solution, scene.used_priors)
+        members = members_of(solution)
+        apart = predicted(solution, scene.used_priors, members)
+        if scene.generation == 1:
+            zeros = pull_of_zeros(solution, scene.used_priors, members)
+            solution = replace(solution, begins=solution.begins + zeros)
         usable = {piece.title: piece.usable for piece in pieces}
         solution, touched, left = _touched(solution, list(usable))
         details = {**details_of(scene, solution, usable), "misfit_left": left}

@@ -207,6 +207,7 @@ def _event(
         {a.series for a in group}, key=lambda s: -max(a.x for a in group if a.series == s)
     )
     sized = {k: m for k, m in moved.items() if not k.startswith("L")} or moved
+    sized = {k: m for k, m in sized.items() if m.moved} or sized  # others may be loud beside it
     off = np.unique(np.concatenate([m.off for m in moved.values()] or [NO_FRAMES]))
     shortest_s = min(a.tau_s for a in group if a.sure)
     brief = [a for a in group if a.tau_s == shortest_s]

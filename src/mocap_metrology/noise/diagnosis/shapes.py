@@ -110,13 +110,10 @@ def _two_approaches(z: Floats, t: Floats) -> Iterator[Shape]:
         return float(fast[i, 0]), float(slow[j, 0])
 
     every = np.geomspace(CONSTANTS[0], SLOW[-1], 3 * CONSTANTS.size)[:, None]
-    pairs = [(best(every, np.array([[one]])), 0) for one in SLOW]
-    for degree in (0, 1):
-        pair = best(every, every, degree)
+    for among, line in (*((np.array([[one]]), 0) for one in SLOW), (every, 0), (every, 1)):
+        pair = best(every, among, line)
         for width in FINER_PAIRS:
-            pair = best(pair[0] * width, pair[1] * width, degree)
-        pairs.append((pair, degree))
-    for pair, line in pairs:
+            pair = best(pair[0] * width, pair[1] * width if among is every else among, line)
         shape = Shape(LAWLESS, np.array([*[t] * line, *(fall(constant) for constant in pair)]), 2)
         solved = shape.solved(z)
         curve = shape.curve(solved)

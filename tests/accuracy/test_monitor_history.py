@@ -139,6 +139,18 @@ def test_a_step_within_the_baseline_is_said(tmp_path: Path, at: int) -> None:
 
 
 @pytest.mark.usefixtures("undrawn")
+def test_three_places_by_turns_are_no_baseline(tmp_path: Path) -> None:
+    """They scatter by more than the tolerance, so that no take is known to be within it."""
+    every = takes()
+    for k, one in enumerate(every.values()):
+        for marker in "AB":
+            one["take"]["places_mm"][marker][0] += k % 3
+    said = monitor("hall", rows()[:12], every, Settings(), tmp_path)
+    assert (said["word"], said["valid"]) == ("note", None)
+    assert "Place x scatters by" in said["line"] and "What differs within" in said["line"]
+
+
+@pytest.mark.usefixtures("undrawn")
 def test_a_first_take_unlike_the_others_is_named(tmp_path: Path) -> None:
     every = takes()
     for marker in "AB":

@@ -24,16 +24,16 @@ Run = Callable[..., int]
 
 def write_take(
     path: Path, seed: int, shift: float = 0, move: float = 0, labels: Sequence[str] = "AB",
-    seen: float = 1, decimals: int = 9,
+    seen: float = 1, decimals: int = 9, first: int = 0,
 ) -> Path:  # fmt: skip
     """Two markers for 45 s: white noise of 0.03 mm, 0.07 mm from day to day; B is seen in the
-    first share of the frames."""
+    first share of the frames; those from `first` on."""
     rng, n = np.random.default_rng(seed), 2250
     x = PLACES + rng.normal(0, 0.07, (2, 3)) + rng.normal(0, 0.03, (n, 2, 3))
     x[:, :, 0] += shift + np.linspace(0, move, n)[:, None]
     x[round(seen * n) :, 1] = np.nan
-    x = x.round(decimals)
-    write_c3d(path, list(labels), 50.0, iter([x.astype(np.float32)]), n)
+    x = x[first:].round(decimals)
+    write_c3d(path, list(labels), 50.0, iter([x.astype(np.float32)]), n - first)
     return path
 
 
@@ -123,7 +123,8 @@ def test_what_is_refused_changes_nothing(
     before = everything(tmp_path / "hall")
     copy = tmp_path / "copy.c3d"
     copy.write_bytes((tmp_path / "t1.c3d").read_bytes())
-    coarse = write_take(tmp_path / "coarse.c3d", 1, decimals=2)
+    coarse = write_take(tmp_path / "coarse.c3d", 1, decimals=1)
+    part = write_take(tmp_path / "part.c3d", 1, first=500)
     other = write_take(tmp_path / "other.c3d", 5, labels="CD")
     moving = write_take(tmp_path / "moving.c3d", 6, move=50)
     exchanged = write_take(tmp_path / "exchanged.c3d", 7, labels="BA")
@@ -134,6 +135,7 @@ def test_what_is_refused_changes_nothing(
         (tmp_path / "t1.c3d", late, "is the file of row 2"),
         (copy, late, "it is the same file as t1"),
         (coarse, late, "it is t1 exported once more, with the same noise"),
+        (part, late, "it is t1 exported once more, with the same noise"),
         (write_take(tmp_path / "old.c3d", 4), ("--date", "2026-02-05"), "2026-03-02 or later"),
         (copy, ("--date", "5 March"), 'column date: "5 March"; expected the date'),
         (other, late, "no marker 'A'"),

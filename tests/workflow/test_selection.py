@@ -133,6 +133,12 @@ def test_a_recording_is_compared_with_the_one_before_by_date_of_the_same_cameras
     assert selection.pairs(rows, names(rows)) == [("march", "february"), ("february", "january")]
     assert selection.series_over_dates(rows) == [["january", "february", "march"]]
     assert selection.series_over_dates(rows[1:]) == []
+    accepted = [name for name in names(rows) if name != "february"]
+    assert selection.pairs(rows, accepted) == [("march", "january")]
+    turned = dated("april", "2026-04-01", markers=("B", "A"), camera_ids=(2, 1))
+    assert selection.pairs([*rows, turned], names([*rows, turned]))[-1] == ("april", "march")
+    elsewhere = dated("door", "2026-04-01", place="door")
+    assert len(selection.pairs([*rows, elsewhere], names([*rows, elsewhere]))) == 2
     rows = [dated("after", "2026-03-01", "before"), dated("today", None, "refused")]
     assert selection.pairs(rows, ["after", "today", "before"]) == [("after", "before")]
     rows = [dated("two", "2026-03-01"), dated("again", "2026-03-01")]

@@ -188,12 +188,12 @@ def subset_of_paper(row: RecordingRow) -> tuple[str, int | None] | None:
 
 
 def pairs(rows: Sequence[RecordingRow], accepted: Iterable[str]) -> list[tuple[str, str]]:
-    """(recording, reference): the one named by `compare_with`, else the one before by date, of the
-    same cameras and markers. Recordings of one moment are subsets of one take, and not compared;
-    takes of a monitor are, with its baseline, by the monitor."""
+    """(recording, reference): the one named by `compare_with`, else the one before by date that was
+    accepted, of the same cameras, markers and place. Recordings of one moment are subsets of one
+    take, and not compared; takes of a monitor are, with its baseline, by the monitor."""
     known = set(accepted)
     earlier: dict[str, str] = {}
-    for alike in _dated_alike([row for row in rows if not row.monitor]):
+    for alike in _dated_alike([r for r in rows if not r.monitor and r.recording in known]):
         for before, now in pairwise(list(of) for _, of in groupby(alike, _date)):
             earlier |= {row.recording: before[0].recording for row in now}
     compared = [(row.recording, row.compare_with or earlier.get(row.recording)) for row in rows]
@@ -201,7 +201,7 @@ def pairs(rows: Sequence[RecordingRow], accepted: Iterable[str]) -> list[tuple[s
 
 
 def series_over_dates(rows: Sequence[RecordingRow]) -> list[list[str]]:
-    """Recordings of the same cameras and markers on three days or more, in order of date."""
+    """Recordings of the same cameras, markers and place on three days or more, in order of date."""
     return [
         [row.recording for row in alike]
         for alike in _dated_alike(rows)
@@ -214,11 +214,11 @@ def _date(row: RecordingRow) -> str:
 
 
 def _dated_alike(rows: Sequence[RecordingRow]) -> list[list[RecordingRow]]:
-    """Dated rows of the same cameras and markers, in order of date."""
-    same = attrgetter("camera_type", "n_cameras", "camera_ids", "markers")
+    """Dated rows of the same cameras, markers (both in any order) and place, in order of date."""
     alike: dict[Any, list[RecordingRow]] = {}
     for row in sorted((row for row in rows if row.date), key=_date):
-        alike.setdefault(same(row), []).append(row)
+        same = row.camera_type, row.n_cameras, frozenset(row.camera_ids), frozenset(row.markers)
+        alike.setdefault((*same, row.place), []).append(row)
     return list(alike.values())
 
 

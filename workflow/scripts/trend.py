@@ -4,6 +4,7 @@ from step import step
 
 with step(snakemake) as log:
     from mocap_metrology.common.files import read_table
+    from mocap_metrology.noise.changes.pairs import Side
     from mocap_metrology.noise.changes.rows import coarse_steps, trend_rows
     from mocap_metrology.present import tables
     from mocap_metrology.present.changes import trend_figure
@@ -12,23 +13,22 @@ with step(snakemake) as log:
     from mocap_metrology.present.text import captions
 
     dates, settings = snakemake.params.dates, snakemake.params.compare
-    tables_of = dict(zip(dates, map(read_table, snakemake.input), strict=True))
-    allan = {name: columns for name, (columns, _) in tables_of.items()}
-    coarse = {
-        name: coarse_steps(columns, origin["resolution_mm"])
-        for name, (columns, origin) in tables_of.items()
+    sides = {
+        name: Side(name, *read_table(path))
+        for name, path in zip(dates, snakemake.input, strict=True)
     }
-    origins = {name: origin for name, (_, origin) in tables_of.items()}
-    source, remarks = sources_of(origins)
+    source, remarks = sources_of({name: side.origin for name, side in sides.items()})
     rows, title = [], f"{snakemake.wildcards.group}: change over dates"
     for names in snakemake.params.series_over_dates:
+        allan = {name: sides[name].named_as(sides[names[0]]).columns for name in names}
+        steps = [coarse_steps(allan[name], sides[name].origin["resolution_mm"]) for name in names]
         trends = trend_rows(
             names,
             [dates[name] for name in names],
-            {name: allan[name] for name in names},
+            allan,
             settings["alpha"],
             settings["confidence"],
-            {series: step for name in names for series, step in coarse[name].items()},
+            {series: step for one in steps for series, step in one.items()},
         )
         if not rows:  # the first cameras of the sheet; others are in the table
             said = f"Recordings of the same cameras: {', '.join(names)}. {remarks}"

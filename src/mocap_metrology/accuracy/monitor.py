@@ -132,6 +132,12 @@ class Chart:
         return self.scatter * (self.least - CAPABLE) <= self.tolerance
 
     @property
+    def scattered(self) -> np.ndarray:
+        """(n,) whether the takes of the baseline scatter by more than the tolerance, as where they
+        have several levels: of none of these is anything known."""
+        return self.scatter > self.tolerance
+
+    @property
     def band(self) -> Floats:
         """(n,) distance from the mean beyond which a take alarms."""
         return _allowed_distance(self.n_baseline, self.tolerance, self.scatter, self.least)
@@ -153,6 +159,7 @@ def words(charted: Chart) -> list[tuple[str, int | None]]:
     """
     said: list[tuple[str, int | None]] = []
     since: int | None = None
+    unlike = charted.unusual, charted.drifting, charted.parted, charted.scattered
     for k in range(charted.value.size):
         again = k > 0 and charted.beyond[k] == charted.beyond[k - 1]
         if charted.beyond[k] and since is None:
@@ -166,7 +173,7 @@ def words(charted: Chart) -> list[tuple[str, int | None]]:
             word = "failure" if charted.beyond[k] and since is not None else "alert"
         elif charted.learning[k]:
             word = "learning"
-        elif charted.unusual[k] or charted.drifting[k] or charted.parted[k]:
+        elif any(one[k] for one in unlike):
             word = "note"
         else:
             word = "provisional" if charted.n_baseline[k] < SETTLED else "pass"
@@ -234,12 +241,13 @@ def _parted(
     x: Floats, chosen: np.ndarray, m: np.ndarray, watched: WatchLimits, limit: Limits
 ) -> tuple[Floats, np.ndarray]:
     """(n,) change within the chosen values before each, 0 where they have none; (n,) how many are
-    at the rarer of two levels, 0 of a step in time. The likelier one leaves the least squares."""
+    at the rarer of two levels, 0 of a step or a drift. The likeliest leaves the least squares."""
     change, apart = np.zeros(x.size), np.zeros(x.size, dtype=np.int64)
     for k in np.flatnonzero(m >= LEARNT):
         change[k], apart[k] = change[k - 1], apart[k - 1]
         if m[k] != m[k - 1]:
-            found = [_divided(x[:k][chosen[:k]], watched, limit, how) for how in (False, True)]
+            how = x[:k][chosen[:k]], watched, limit
+            found = [_divided(*how, False), _divided(*how, True), _drifted(*how)]
             _, change[k], apart[k] = min(found, key=lambda one: one[0])
     return change, apart
 
@@ -268,6 +276,20 @@ def _divided(
         return np.inf, 0.0, 0
     best = np.argmin(np.where(is_real, squares, np.inf))
     return float(squares[best]) * (1 + 1e-6 * levels), float(change[best]), fewer[best] * levels
+
+
+def _drifted(known: Floats, watched: WatchLimits, limit: Limits) -> tuple[float, float, int]:
+    """As `_divided`, of a straight line through the n values: its change from the first to the
+    last."""
+    n, t = known.size, np.arange(known.size) - (known.size - 1) / 2
+    y = known - known.mean()
+    change = float(t @ y / (t @ t)) * (n - 1)
+    squares = float(np.sum((y - change * t / (n - 1)) ** 2))
+    tolerance, stated = (float(one[0]) for one in watched.at(known.mean(keepdims=True)))
+    error = max(np.sqrt(squares / (n - 2)), stated) * (n - 1) / np.sqrt(t @ t)
+    times = -stdtrit(n - 2, PARTED * min(FEW / limit.n_series, 1) / 2)
+    is_real = abs(change) > max(tolerance + ONE_SIDED * error, times * error)
+    return (squares, change, 0) if is_real else (np.inf, 0.0, 0)
 
 
 def _earlier_moments(x: Floats, chosen: np.ndarray) -> tuple[np.ndarray, Floats, Floats]:

@@ -292,8 +292,9 @@ def failed_since(one: Judged) -> int | None:
 
 def shares(one: Judged) -> Mapping[str, float]:
     """Changes against the mean of the baseline, in mm or as shares: of the take, of what is
-    allowed on its side, of the mean since the CUSUM rose, within the baseline, of the tolerance and
-    of the smallest one that can be watched; lower, upper: 95 % of the take's, by the scatter."""
+    allowed on its side, of the mean since the CUSUM rose, within the baseline, of its scatter, of
+    the tolerance and of the smallest one that can be watched; lower, upper: 95 % of the take's, by
+    the scatter."""
     chart, series = one.chart, one.series
     mean, m = chart.mean[-1], max(int(chart.n_baseline[-1]), 1)
     change = chart.value[-1] - mean
@@ -303,6 +304,7 @@ def shares(one: Judged) -> Mapping[str, float]:
         "room": np.copysign(chart.band[-1], change),
         "shift": chart.shift[-1],
         "parted": chart.parted[-1],
+        "scatter": chart.scatter[-1],
         "tolerance": chart.tolerance[-1],
         "least": chart.watchable[-1],
         "lower": change - reach,

@@ -69,7 +69,7 @@ def document(
     dates = [takes[start + first].date for first in wrong.values()]
     findings = [finding for one in judged for finding in _findings(one)]
     findings.sort(key=lambda one: one["code"] == "not_capable")  # last
-    parted = any(one["case"] in ("parted", "levels") for one in findings)
+    parted = any(one["case"] in ("parted", "levels", "scattered") for one in findings)
     valid = None if word == "learning" or (parted and not wrong) else not wrong
     learnt = set().union(*(one.at[one.chart.baseline].tolist() for one in judged))
     days = len({takes[start + k].date[:10] for k in learnt})
@@ -212,8 +212,9 @@ def _findings(one: Judged) -> list[dict[str, Any]]:
         parts = {"change": _change(abs(size) if n else size, unit, not n), "n": n, "m": m}
         find(series.code, "levels" if n else "parted", size, none, **parts)
     elif not chart.capable[-1]:
-        least, limit = (_change(sizes[name], unit, False) for name in ("least", "tolerance"))
-        find("not_capable", "not_capable", sizes["least"], none, least=least, tolerance=limit)
+        of = {k: _change(sizes[k], unit, False) for k in ("least", "tolerance", "scatter")}
+        case = "scattered" if chart.scattered[-1] else "not_capable"
+        find("not_capable", case, sizes["least"], none, **of)
     return findings
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,8 @@ from mocap_metrology.settings import Settings
 
 TAKE = "monitor_take.json"
 LEAST_SEEN = 0.5  # of the frames
-CHANGES, REPEATED = 64, 0.8  # of a marker from frame to frame; their correlation in one take twice
+STEPS, LEAST_COMMON = 8192, 500  # of a take that are kept; that two takes have in common, at least
+REPEATED, NEAR = 10.0, 16  # standard deviations of a correlation; steps within which it is alike
 EXCHANGED = 0.1  # of the way from where a marker stood itself: it is where another one stood
 
 
@@ -50,20 +51,21 @@ def write_take(results: Results, settings: Settings) -> Mapping[str, Any]:
         "wander_s": settings.monitor.wander_s,
         "moving": bool(results.check.get("moving")),
         "seen": {k: float(np.isfinite(xyz).all(axis=0).mean()) for k, xyz in positions.items()},
-        "changes_mm": {label: _changes(xyz) for label, xyz in positions.items()},
+        "steps": _steps(positions.values()),
         "take": asdict(take_numbers),
     }
     write_json(results.folder / TAKE, document)
     return read_take(results.folder)
 
 
-def _changes(position: np.ndarray) -> list[float]:
-    """Sizes of CHANGES changes of (3, n) from a frame to the next, a power of 2 of frames apart,
-    which neither units, axes and rounding of an export nor a few frames more do alter much."""
-    n = position.shape[1]
-    at = np.arange(min(CHANGES, n - 1)) * 2 ** int(np.log2(max((n - 1) / CHANGES, 1)))
-    sizes = np.linalg.norm(position[:, at + 1] - position[:, at], axis=0)
-    return [float(f"{size:.4g}") for size in sizes]
+def _steps(positions: Iterable[np.ndarray]) -> str:
+    """Sizes of the first STEPS steps from frame to frame of all markers together, as ranks of a
+    byte in hexadecimal; neither units, axes nor the rounding of an export alter them much."""
+    from scipy.stats import rankdata
+
+    every = np.vstack([*positions])[:, : STEPS + 1].astype(np.float64)
+    sizes = np.nansum(np.diff(every) ** 2, axis=0)
+    return np.uint8(256 * (rankdata(sizes) - 0.5) / max(sizes.size, 1)).tobytes().hex()
 
 
 def read_take(folder: str | Path) -> Mapping[str, Any]:
@@ -139,34 +141,30 @@ def exchanged(before: Mapping[str, Any], take: Mapping[str, Any]) -> str:
 
 
 def repeated(take: Mapping[str, Any], earlier: Sequence[Mapping[str, Any]]) -> str:
-    """Whether a take is another export of an earlier one: within the jitter it has the same places,
-    which the next day seldom has, and the same noise. Of two takes the correlation of N changes
-    scatters by 1 / sqrt(N) about 0, more where the same line is in both."""
-    jitter_mm, own = take["take"]["jitter_mm"], _noise(take)
+    """Whether a take is another export of an earlier one, or of a part of it: the correlation of
+    their `_steps`, at the offset where it is surest, is larger by REPEATED of its standard
+    deviations by chance than at any other one that is not near, as that of lines and bursts is
+    not."""
+    from scipy.signal import correlate
+
+    def centred(one: Mapping[str, Any]) -> np.ndarray:
+        ranks = np.frombuffer(bytes.fromhex(one.get("steps", "")), np.uint8).astype(float)
+        return (ranks - ranks.mean()) / max(ranks.std(), 1e-12) if ranks.size else ranks
+
+    own = centred(take)
     for other in earlier:
-        there = other["take"]["places_mm"]
-        if all(
-            label in there and abs(at - then) < jitter_mm
-            for label, xyz in take["take"]["places_mm"].items()
-            for at, then in zip(xyz, there.get(label, xyz), strict=True)
-        ):
-            noise = _noise(other)
-            if noise.size == own.size and noise @ own > REPEATED:
-                return f"it is {other['recording']} exported once more, with the same noise"
+        there = centred(other)
+        if min(own.size, there.size) < LEAST_COMMON:
+            continue
+        product = correlate(own, there, method="fft")
+        offset = np.arange(product.size) - (there.size - 1)
+        common = np.minimum(own.size, offset + there.size) - np.maximum(offset, 0)
+        sure = np.where(common < LEAST_COMMON, 0.0, product / np.sqrt(np.maximum(common, 1)))
+        best = int(np.argmax(sure))
+        others = np.abs(offset - offset[best]) > NEAR
+        if sure[best] > sure[others].max() + REPEATED:
+            return f"it is {other['recording']} exported once more, with the same noise"
     return ""
-
-
-def _noise(take: Mapping[str, Any]) -> np.ndarray:
-    """Changes of a take such that the product with those of another one is the mean correlation of
-    their markers."""
-    changes = np.array([*take.get("changes_mm", {}).values()], dtype=float)
-    if changes.size < CHANGES:
-        return np.empty(0)
-    known = np.isfinite(changes)
-    mean = np.where(known, changes, 0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
-    centred = np.where(known, changes - mean[:, None], 0)
-    size = np.linalg.norm(centred, axis=1, keepdims=True)
-    return np.ravel(centred / np.maximum(size, 1e-12) / np.sqrt(len(size)))
 
 
 def unfit(take: Mapping[str, Any], first: dict[tuple[str, ...], str]) -> str:

@@ -72,18 +72,18 @@ def test_values_of_a_file_that_pieces_contradict(misfit, frames, stage, case, le
 
 
 @pytest.mark.parametrize(
-    ("generation", "diodes", "hidden", "frames", "stage", "level"),
+    ("generation", "diodes", "hidden", "frames", "stage", "case"),
     [
-        (1, 4, 7.8, 0, "final", "doubtful"),  # a deck that moved little: 15 sigma off
-        (1, 4, 0.9, 0, "final", "usable"),  # far: shown by the pieces of 22 of 22
-        (1, 4, 7.8, 3, "final", "good"),
-        (1, 4, 94.0, 0, "static", "usable"),
-        (2, 4, 0.6, 0, "final", "doubtful"),  # up to 21 sigma off at a misfit of 1
-        (2, 5, 0.6, 0, "final", "usable"),
+        (1, 4, 7.8, 0, "final", Case.FACTORY_UNSEEN),  # a deck that moved little: 15 sigma off
+        (1, 4, 0.9, 0, "final", Case.FACTORY_FILE),  # far: shown by the pieces of 22 of 22
+        (1, 4, 7.8, 3, "final", Case.FACTORY),
+        (1, 4, 94.0, 0, "static", Case.FACTORY_FILE),
+        (2, 4, 0.6, 0, "final", Case.FACTORY_UNSEEN),  # up to 21 sigma off at a misfit of 1
+        (2, 5, 0.6, 0, "final", Case.FACTORY_FILE),
     ],
 )
 def test_values_of_a_file_that_need_not_show(
-    generation, diodes, hidden, frames, stage, level
+    generation, diodes, hidden, frames, stage, case
 ) -> None:
     stations = [replace(one, frames_found=frames, generation=generation) for one in STATIONS]
     ratios = {"diode": {str(k): 1.0 for k in range(diodes)}}
@@ -91,7 +91,7 @@ def test_values_of_a_file_that_need_not_show(
     batch = replace(POSE, estimator="batch", stage=stage, details=details, covariance=np.eye(6))
     checks = validation.verdict(batch, [batch], stations).checks
     (found,) = (check for check in checks if check.name == "factory values")
-    assert (found.level, found.case is Case.FACTORY_UNSEEN) == (level, level == "doubtful")
+    assert found.case is case and found.level == ("usable" if frames == 0 else "good")
 
 
 @pytest.mark.parametrize(

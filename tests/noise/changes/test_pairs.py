@@ -62,7 +62,8 @@ def test_markers_are_compared_by_label_in_whatever_order_a_sheet_names_them() ->
     old = side({k: second[k] for k in "BCA"}, [("B", "C"), ("A", "B")])
     rows, known = compared(new, old)
     assert {row["series"] for row in rows} == {"x1", "y1", "z1", "x2", "y2", "z2", "L"}
-    assert {row["word"] for row in rows} == {"same"} and known == []
+    assert {row["word"] for row in rows} == {"same"}
+    assert [(one["code"], one["series"]) for one in known] == [("gone", ["C"])]
     frames = [row["ratio"] for row in rows if row["tau_s"] == 0.01]
     assert frames == pytest.approx([1] * 7, abs=0.07)
     rows, known = compared(old, new)
@@ -96,6 +97,9 @@ def test_rates_a_constant_marker_a_filter_and_movement_are_reported() -> None:
     held = side({"A": white(rng, 0.02), "B": np.zeros((3, 6000))})
     rows, (known,) = compared(held, slow)
     assert (known["code"], known["series"]) == ("left_out", ["x2", "y2", "z2"])
+    three = side({k: white(rng, 0.02) for k in "CAB"})
+    gone, _ = compared(slow, three)[1]
+    assert gone == {"code": "gone", "recording": "r", "series": ["C"]}
     cutoffs = [{"code": "low_pass", "series": f"x{k}", "value": k + 5.0} for k in (1, 2)]
     moves = [{"code": "moves", "series": "x1", "value": 3.0}, {"code": "gaps", "value": 1.0}]
     markers = [{k: white(rng, 0.02) for k in "AB"} for _ in range(2)]

@@ -14,11 +14,12 @@ from mocap_metrology.noise.diagnosis.dynamic import (
     _windows,
     dynamic_allan,
 )
-from mocap_metrology.noise.diagnosis.events import WHITE, Event
+from mocap_metrology.noise.diagnosis.events import Event
 from mocap_metrology.noise.diagnosis.outliers import isolated_frames, off_frames, without
 from mocap_metrology.noise.diagnosis.recording import search_events
-from mocap_metrology.noise.diagnosis.recurring import recurrence, recurring_bout
+from mocap_metrology.noise.diagnosis.recurring import pulses, recurrence, recurring_bout
 from mocap_metrology.noise.diagnosis.sides import Sides, blocks
+from mocap_metrology.noise.diagnosis.whiteness import WHITE
 from mocap_metrology.noise.series import all_series
 from mocap_metrology.noise.twins.simulate import simulate
 
@@ -214,6 +215,25 @@ def test_louder_noise_that_is_correlated_has_not_moved(T_c, times, lasts_s) -> N
         assert found and not any(event.moved for event in found)
         assert found[0].time_s == pytest.approx(90, abs=1.2)
         assert found[-1].stop_s == pytest.approx(90 + lasts_s, abs=1.2)
+
+
+def test_the_largest_is_what_moved_not_what_was_loud() -> None:
+    """Noise of five coordinates is six times as large for 5 s, in which the sixth goes away and
+    back."""
+    time = np.arange(24_000) / RATE
+    there = (time > 90) & (time < 95)
+    noise = np.random.default_rng(3).normal(0, 0.02, (6, time.size))
+    noise[np.arange(6) != 1] *= np.where(there, 6, 1)
+    noise[1] += 0.15 * there * np.sin(np.pi * (time - 90) / 5)
+    (found,) = events_of(noise)
+    assert found.moved and found.largest == "y1"
+
+
+def test_a_pendulum_in_steps_of_a_file_is_no_recurring_burst() -> None:
+    for seed in (3, 9, 10, 11, 15):
+        rng, time = np.random.default_rng([seed, 17]), np.arange(30_000) / 60
+        x = rng.normal(0, 0.015, time.size) + 0.4 * np.exp(-time / 100) * np.sin(1.2 * np.pi * time)
+        assert not np.isfinite(pulses(0.05 * np.round((x + rng.uniform(0, 0.05)) / 0.05), 60, 1e-3))
 
 
 def test_events_that_recur_have_a_period() -> None:

@@ -96,6 +96,19 @@ def test_welch_sees_a_strong_line_and_not_a_weak_one():
     assert all(not x.in_psd for x in found_in(weak, psd=psd(weak, 10.0)))
 
 
+def test_long_gaps_do_not_make_a_line_twice() -> None:
+    """Sidebands of 12 % of the frames look like a second line, broad and near the first."""
+    begins = 1988, 13781, 17064, 19556, 20196, 23626, 25683, 26760
+    sizes = 103, 751, 725, 532, 34, 454, 789, 207
+    for seed in (1, 2, 4):
+        time = np.arange(30_000) / 500
+        series = 0.0616 * np.cos(2 * np.pi * 116.6111 * time - 0.342) + noise(30_000, 0.043, seed)
+        for first, size in zip(begins, sizes, strict=True):
+            series[first : first + size] = np.nan
+        (line,), _ = series_lines(series, 500.0, 10, lambda f: np.full_like(f, 3.7e-3 / 500))
+        assert line.A_s == pytest.approx(0.0616, rel=0.02)
+
+
 @pytest.mark.parametrize("amplitude", [0.004, 0.04])
 def test_gaps_neither_shrink_a_line_nor_make_one(amplitude: float):
     """Straight lines over the two of seconds would be bumps of some hundredths of a Hz; a strong

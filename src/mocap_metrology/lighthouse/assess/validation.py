@@ -58,9 +58,10 @@ def factory(
         case, level, names = Case.FACTORY_EXCHANGED, "doubtful", tuple(exchanged)
     elif filed := tuple(s.role for s in stations if s.frames_found == 0):
         case, level, names = Case.FACTORY_FILE, "usable", filed
-        if doubted or unseen:
-            case = Case.FACTORY_DOUBTED if doubted else Case.FACTORY_UNSEEN
-            level = "doubtful"
+        if doubted:
+            case, level = Case.FACTORY_DOUBTED, "doubtful"
+        elif unseen:
+            case = Case.FACTORY_UNSEEN
     else:
         case, level, value = Case.FACTORY, "good", "recording"
     limit, ok = "of both stations, from the recording", case is Case.FACTORY

@@ -62,8 +62,9 @@ def conditions(new: Side, old: Side, rows: Sequence[Row]) -> list[Row]:
 
     `same_data`: all ratios are so near 1 that the recordings are one; `rates`: of frames, `white`
     the ratio that they alone make of equal white noise of a frame; `by_number`: no label is common
-    to both; `left_out`: series of `new` without a counterpart; codes of NOTABLE findings that only
-    the recording `recording` has, with their largest or, of a cutoff, lowest `value`.
+    to both; `left_out`: series of `new` without a counterpart; `gone`: labels that only `old` has;
+    codes of NOTABLE findings that only the recording `recording` has, with their largest or, of a
+    cutoff, lowest `value`.
     """
     codes: list[Row] = []
     if _same_data(rows):
@@ -72,8 +73,11 @@ def conditions(new: Side, old: Side, rows: Sequence[Row]) -> list[Row]:
     if abs(math.log(rates[0] / rates[1])) > SAME_RATE:
         white = math.sqrt(rates[1] / rates[0])
         codes.append({"code": "rates", "new_hz": rates[0], "old_hz": rates[1], "white": white})
-    if not set(new.origin["labels"]) & set(old.origin["labels"]):
+    gone = [label for label in old.origin["labels"] if label not in new.origin["labels"]]
+    if len(gone) == len(old.origin["labels"]):
         codes.append({"code": "by_number"})
+    elif gone:
+        codes.append({"code": "gone", "recording": old.name, "series": gone})
     compared = {row["series"] for row in rows}
     every = dict.fromkeys(str(name) for name in new.columns["series"])
     if missing := [name for name in every if name not in compared]:

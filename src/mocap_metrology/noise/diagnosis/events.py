@@ -13,15 +13,13 @@ from mocap_metrology.noise.diagnosis.dynamic import Dynamic
 from mocap_metrology.noise.diagnosis.levels import JOINED_BLOCKS, changes
 from mocap_metrology.noise.diagnosis.outliers import mad_spread
 from mocap_metrology.noise.diagnosis.sides import Blocks, Sides, compare
+from mocap_metrology.noise.diagnosis.whiteness import WHITE, likeness
 from mocap_metrology.noise.fit.estimates import Z_95
 
 JOIN_S = 1.0  # alarms so close are one event
 REST_S = 0.5  # between excursions, at least
 CONTEXT_S = 10.0  # round an event: its level and noise
 SMOOTHED = 4  # part of the surest averaging time that excursions are averaged over
-LIKE_NOISE, WHITE = 0.75, 0.5  # of the whiteness beside it, of louder noise; if its size varies
-LIKE, PIECES = 5, 12  # windows as long to each side, at most; pieces at least, of all
-SURE, SURER = 3.0, 5.0  # standard errors of a whiteness, or by which it scatters more; a scatter
 MOVED = 5.0  # standard deviations off the level that count as moved
 NEAR = 2 * JOINED_BLOCKS  # blocks from a burst within which a change of level is of it
 CLEAR_S = 1.0  # left out on each side before sides are compared
@@ -207,6 +205,7 @@ def _event(
         {a.series for a in group}, key=lambda s: -max(a.x for a in group if a.series == s)
     )
     sized = {k: m for k, m in moved.items() if not k.startswith("L")} or moved
+    sized = {k: m for k, m in sized.items() if m.moved} or sized  # others may be loud beside it
     off = np.unique(np.concatenate([m.off for m in moved.values()] or [NO_FRAMES]))
     shortest_s = min(a.tau_s for a in group if a.sure)
     brief = [a for a in group if a.tau_s == shortest_s]
@@ -284,46 +283,14 @@ def _scatter_of_levels(sides: Sequence[np.ndarray], few: int) -> float:
 def _likeness(
     values: np.ndarray, part: list[Alarm], rate_hz: float
 ) -> tuple[float, bool, bool, bool]:
-    """Whiteness of a sure part of an event, of that beside it; whether it is less white, and more
-    so than louder noise may be that is correlated; whether it is louder."""
+    """`likeness` of a sure part of an event, among as many series as alarm in it."""
     first, last = _frames(part, rate_hz, values.size)
-    far = max(round(CONTEXT_S * rate_hz), LIKE * (last - first))
-    start = max(first - far, 0)
-    near = values[start : last + far].astype(float)
-    before, within, after = np.split(near, [first - start, last - start])
-    count = [max(side.size // max(within.size, 1), 1) for side in (before, after)]  # as long
-    alone = [*np.array_split(before, count[0]), *np.array_split(after, count[1])]
-    alone = [one for one in alone if one.size > max(map(len, alone)) / 2]  # short ones tell little
-    usual = np.median([_power(one) for one in alone if one.size > 1] or [np.zeros(2)], axis=0)
-    of_event, beside = _power(within), max(sum(map(len, alone)), 1)
-    scatter = math.sqrt(3 / max(within.size, 1) + 3 / beside)
-    white = float(of_event[1] * usual[0] / max(usual[1] * of_event[0], 1e-300))  # of that beside it
-    off = white < min(LIKE_NOISE, 1 - SURE * scatter / math.sqrt(3))
-    louder = of_event > (1 + SURE * scatter) * usual
-    varies = math.exp(-SURER * _varies([before, after], within.size)) if off and louder[1] else 1.0
-    return white, off, off and white < varies, bool(louder.any())
-
-
-def _varies(sides: Sequence[np.ndarray], size: int) -> float:
-    """Scatter of the logarithm of the whiteness of so many frames, as noise has it that is
-    correlated for long: by that of shorter pieces, where there are few so long."""
-    length = max(min(size, sum(map(len, sides)) // PIECES), 2)
-    rows = [side[: side.size // length * length].reshape(-1, length) for side in sides]
-    powers = np.array([_power(row) for row in np.concatenate(rows)])
-    known = powers[powers.min(axis=1, initial=1.0) > 0] if powers.size else np.ones((1, 2))
-    return mad_spread(np.log(known[:, 1] / known[:, 0])) * math.sqrt(length / max(size, 1))
+    return likeness(values, first, last, round(CONTEXT_S * rate_hz), len({a.series for a in part}))
 
 
 def _frames(group: Sequence[Alarm], rate_hz: float, n: int) -> tuple[int, int]:
     begin, end = min(a.start_s for a in group), max(a.stop_s for a in group)
     return round(begin * rate_hz), min(round(end * rate_hz), n)
-
-
-def _power(values: np.ndarray) -> np.ndarray:
-    """Variance of (n,) values, and half that of their steps, which of white noise is as much [von
-    Neumann 1941]."""
-    known = values[np.isfinite(values)]
-    return np.array([np.var(known), np.var(np.diff(known)) / 2]) if known.size > 1 else np.zeros(2)
 
 
 def inside_events(events: Sequence[Event], n: int, length_s: float) -> np.ndarray:

@@ -162,9 +162,12 @@ def series_lines(
     full = whole(measurable)
     sinusoids = find_lines(full, frame_rate_hz, at_most)
     if sinusoids and measured < 1:  # a line that is missing in gaps is less, and has sidebands
-        sinusoids = [line_again(full, frame_rate_hz, replace(x, band_hz=None)) for x in sinusoids]
-        sinusoids = [replace(x, A_s=x.A_s / measured) for x in sinusoids]
-        lines = waves(sinusoids, measurable.size, frame_rate_hz)
+        kept: list[Line] = []
+        for one in sinusoids:
+            again = line_again(full, frame_rate_hz, replace(one, band_hz=None))
+            if all(abs(again.f_0 - x.f_0) > frame_rate_hz / full.size for x in kept):  # once each
+                kept.append(replace(again, A_s=again.A_s / measured))
+        lines = waves(kept, measurable.size, frame_rate_hz)
         full = whole(measurable - lines) + lines
         sinusoids = find_lines(full, frame_rate_hz, at_most)
     if density:

@@ -12,7 +12,7 @@ import numpy as np
 
 from mocap_metrology import settings
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic
-from mocap_metrology.noise.diagnosis.events import WHITE, Event
+from mocap_metrology.noise.diagnosis.events import Event
 from mocap_metrology.noise.diagnosis.export import LowPass, Resolution
 from mocap_metrology.noise.diagnosis.filtering import Filtered
 from mocap_metrology.noise.diagnosis.levels import Trend
@@ -23,6 +23,7 @@ from mocap_metrology.noise.diagnosis.resonance import Resonance
 from mocap_metrology.noise.diagnosis.sides import Blocks
 from mocap_metrology.noise.diagnosis.signatures import Wander
 from mocap_metrology.noise.diagnosis.software import Processed
+from mocap_metrology.noise.diagnosis.whiteness import WHITE
 from mocap_metrology.noise.gaussian.two_markers import Drift
 from mocap_metrology.noise.motion.movement import STILL, Movement
 

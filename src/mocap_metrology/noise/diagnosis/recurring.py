@@ -76,17 +76,22 @@ def pulses(series: np.ndarray, rate_hz: float, chance: float) -> float:
         return math.nan  # a slower cycle, of which this is a part
     near = np.arange(HARMONICS * (best - 1), HARMONICS * (best + 1) + 1)
     period_s = HARMONICS * padded * length / rate_hz / float(near[np.argmax(density[near])])
-    return math.nan if _swings(values, round(values.size / rate_hz / period_s / 2)) else period_s
+    return math.nan if _swings(values, values.size / rate_hz / period_s) else period_s
 
 
-def _swings(values: np.ndarray, cycles: int) -> bool:
-    """Whether (n,) values have a line of so many cycles, four at least: its square has twice as
-    many."""
+def _swings(values: np.ndarray, cycles: float) -> bool:
+    """Whether (n,) values have a line of half as many cycles, four at least, as its square has
+    twice as many; or of so many, which of pulses has multiples as strong."""
     density = np.abs(np.fft.rfft(values * np.hanning(values.size))) ** 2
-    reach = max(cycles // 20, 3)
-    near = density[cycles - reach : cycles + reach + 1]
-    around = density[cycles // 2 : cycles + 10 * reach + 1]
-    return bool(near.max() > SWINGS * np.median(around))
+
+    def line(at: int) -> tuple[float, float]:
+        """The line, and the median around."""
+        reach = max(at // 20, 3)
+        near = density[at - reach : at + reach + 1]
+        return float(near.max()), float(np.median(density[at // 2 : at + 10 * reach + 1]))
+
+    (half, around), (whole, near), (twice, _) = (line(round(k * cycles)) for k in (0.5, 1, 2))
+    return half > SWINGS * around or whole > SWINGS * max(near, twice)
 
 
 def recurring_bout(

@@ -25,6 +25,8 @@ MOST_STEPS, MOST_BENDS, MOST_BESIDE = 8, 10, 4
 SIDE = 10  # blocks before and after a step, at least, that may have curves of their own
 PHASES = np.arange(24) / 24  # of equal steps at equal times
 SLOW = (0.3, 0.7, 1.5)  # constants of the slower of two approaches, over the recording
+FINER_PAIRS = [width ** np.linspace(-1, 1, 11)[:, None] for width in (1.1, 1.02)]
+TURNS = 1.05  # times the way of a curve that goes one way, its range is at most
 HARMONICS, PERIODS = 3, 3.0  # of a cycle of another form; of one that is named
 DAYS = np.geomspace(0.15, 0.75, 8)  # periods of a cycle that is longer than the recording
 RAMPS, RAMP_WIDTHS = (4, 0.25), 8  # blocks, and share of the recording; widths between them
@@ -90,22 +92,33 @@ def _smooth(columns: Floats, z: Floats, searched: int = 0) -> Shape:
 
 
 def _two_approaches(z: Floats, t: Floats) -> Iterator[Shape]:
-    """Beside a warm-up a slow one, which may look like a straight line, or any other, each searched
-    in turn beside the other."""
+    """Beside a warm-up a slow one, which may look like a straight line, and the pair of any two
+    that leaves least, alone and on a line."""
     fall = partial(CURVES["warm_up"], t + 0.5)
 
-    def faster(slow: float) -> float:
-        among = CONSTANTS[: max(np.count_nonzero(slow / 2 > CONSTANTS), 2)]
-        return refined_place(z, t, fall, among, False, fall(slow)[None])
+    def best(fast: Floats, slow: Floats, degree: int = 0) -> tuple[float, float]:
+        """Constants of the pair of columns x, y of greatest gain beside powers of time: b' G^-1 b,
+        G their products, b those with z."""
+        basis, _ = np.linalg.qr(np.vander(t, degree + 1))
+        x, y = (np.exp(-(t + 0.5) / one) for one in (fast, slow))
+        x, y = (rows - rows @ basis @ basis.T for rows in (x, y))
+        a, d, c = (x * x).sum(axis=1)[:, None], (y * y).sum(axis=1), x @ y.T
+        b, e = (x @ z)[:, None], y @ z
+        apart = a * d - c * c
+        gain = (b * b * d - 2 * b * e * c + e * e * a) / np.maximum(apart, 1e-9 * a * d)
+        i, j = np.unravel_index(np.argmax(np.where(2 * fast <= slow.T, gain, -1.0)), gain.shape)
+        return float(fast[i, 0]), float(slow[j, 0])
 
-    slow = 2 * refined_place(z, t, fall, CONSTANTS, False)
-    for _ in range(4):
-        fast = faster(slow)
-        among = CONSTANTS[min(np.count_nonzero(2 * fast > CONSTANTS), CONSTANTS.size - 2) :]
-        slow = refined_place(z, t, fall, among, False, fall(fast)[None])
-    for constants in (*((one, faster(one)) for one in SLOW), (slow, fast)):
-        shape = Shape(LAWLESS, np.array([fall(constant) for constant in constants]), 2)
-        yield replace(shape, kinds=LAWLESS | ({"slowing"} if shape.solved(z).prod() > 0 else set()))
+    every = np.geomspace(CONSTANTS[0], SLOW[-1], 3 * CONSTANTS.size)[:, None]
+    for among, line in (*((np.array([[one]]), 0) for one in SLOW), (every, 0), (every, 1)):
+        pair = best(every, among, line)
+        for width in FINER_PAIRS:
+            pair = best(pair[0] * width, pair[1] * width if among is every else among, line)
+        shape = Shape(LAWLESS, np.array([*[t] * line, *(fall(constant) for constant in pair)]), 2)
+        solved = shape.solved(z)
+        curve = shape.curve(solved)
+        one_way = solved[-2:].prod() > 0 and np.ptp(curve) < TURNS * abs(curve[-1] - curve[0])
+        yield replace(shape, kinds=LAWLESS | ({"slowing"} if one_way else set()))
 
 
 def _curves_and_steps(z: Floats, t: Floats) -> Iterator[Shape]:

@@ -56,6 +56,20 @@ def test_quantised_hits_of_another_generator() -> None:
     assert np.mean(squares) == pytest.approx(6, abs=4 * np.sqrt(12 / 5))
 
 
+@pytest.mark.parametrize("optics", ["ideal", "estimated"])
+@pytest.mark.parametrize("still", [False, True])
+def test_hits_without_any_noise(still: bool, optics: str) -> None:
+    """As of a simulation: the pose is right, no hit is lost, and the covariance is one."""
+    own = scenes.scene(3, seconds=4, quantised=False, still=still)
+    priors = EXACT if optics == "ideal" else Priors()
+    at = Scene(own.hits, own.board, optics, [None] * 2, None, "crazyflie", priors)
+    pose = solved(at)[0]
+    assert pose.covariance is not None and pose.details["weight_lost"] < 0.01
+    assert np.abs(pose.covariance - pose.covariance.T).max() <= 1e-9 * np.trace(pose.covariance)
+    limit = 5 * np.sqrt(np.diag(pose.covariance)) + [0.1, 0.1, 0.1, 0.01, 0.01, 0.01]
+    assert (np.abs(off(pose, own.R, own.t_m)) < limit).all()
+
+
 def test_noise_that_sweeps_share() -> None:
     """Twelve recordings of 3 s with 53 urad in common and 49 of each hit: 68 % ellipsoids hold the
     truth in 8 of 12 on average, 5 to 11 at two standard errors, and errors are those that the

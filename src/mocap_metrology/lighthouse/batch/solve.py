@@ -190,7 +190,8 @@ def covariance_of(
     known = 1 / working**2
     inside = np.where(np.isfinite(believed), believed, 0.0) * known
     M = solved(S + np.diag(known), np.eye(known.size))
-    return M @ ((S if pull is None else pull) + np.diag(inside**2)) @ M
+    covariance = M @ ((S if pull is None else pull) + np.diag(inside**2)) @ M.T
+    return (covariance + covariance.T) / 2  # apart by rounding, where little is determined
 
 
 def supported(

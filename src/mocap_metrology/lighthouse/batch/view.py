@@ -17,7 +17,7 @@ from mocap_metrology.lighthouse.batch.problem import State, Sweeps
 from mocap_metrology.lighthouse.batch.trajectory import Trajectory
 
 LIMIT = 3.5  # of |z|, beyond which a hit loses weight: of good hits 1 in 2000
-LEAST_RAD = 2.3e-6  # noise of a hit, at least: rounding to ticks of 48 MHz, 7.9 urad / sqrt(12)
+LEAST_RAD = 1e-6  # noise of a hit, at least; rounding to ticks of 48 MHz alone is 2.3 urad
 
 
 @njit

@@ -32,6 +32,7 @@ from mocap_metrology.lighthouse.batch.parts import misfit_of, rms_by
 from mocap_metrology.lighthouse.batch.problem import State
 from mocap_metrology.lighthouse.batch.recording import BatchInput, Recording, recording
 from mocap_metrology.lighthouse.batch.trajectory import KNOT_S, Trajectory, trajectory_through
+from mocap_metrology.lighthouse.batch.view import LEAST_RAD
 from mocap_metrology.lighthouse.board import FEWEST_DIODES
 from mocap_metrology.lighthouse.calibrate.scene import Pose, Scene
 from mocap_metrology.lighthouse.records import Hits
@@ -161,7 +162,7 @@ def bridged(scene: Scene, joint: Joint, hits: Hits | None = None) -> Joint:
     one = joint.recordings[0]
     sweep, squares = one.sweeps.sweep, np.minimum(one.alone**2, LARGEST_RAD**2)
     bad = _bad_stretches(one, few_wrong, LOST_STRETCH)[one.seen.who[:, 3]]
-    bad &= rms_by(sweep, squares)[sweep] > LOST_STRETCH * np.sqrt(np.median(squares))
+    bad &= rms_by(sweep, squares)[sweep] > LOST_STRETCH * max(np.median(squares) ** 0.5, LEAST_RAD)
     if not bad.any():
         return joint
     then = fitted(scene, one.sweeps.hits.take(~bad), one.trajectory, poses_of(joint), sized=True)
@@ -187,7 +188,7 @@ def _bad_stretches(one: Recording, few_wrong: bool, times: float) -> np.ndarray:
     sizes = bounded(one.alone, stretch) if few_wrong else np.minimum(np.abs(one.alone), LARGEST_RAD)
     rms = np.repeat(rms_by(stretch, sizes**2, FEWEST_HITS), each)
     with np.errstate(invalid="ignore"):
-        bad: np.ndarray = rms > times * np.nanmedian(rms)
+        bad: np.ndarray = rms > times * max(np.nanmedian(rms), LEAST_RAD)
     return bad
 
 

@@ -149,6 +149,7 @@ def _draw_angles(axes: figure.Axes, allan: Columns, noise: Record, axis: str) ->
     for role, colour in zip(noise.get("stations", ROLES), ALL_COLOURS, strict=False):
         for part, dashes in DASHES.items():
             mask = (allan["series"] == f"{role}_{axis}_{part}") & (allan["estimator"] == "oadev")
+            mask &= allan["adev_rad"] > 0
             if not mask.any():
                 continue
             tau = np.asarray(allan["tau_s"][mask], dtype=np.float64)
@@ -160,7 +161,7 @@ def _draw_angles(axes: figure.Axes, allan: Columns, noise: Record, axis: str) ->
             shown.append(adev)
             taus.append(tau)
     if not taus:
-        figure.write_message(axes, "No diode was hit in half of the sweeps")
+        figure.write_message(axes, "No scatter, or no diode hit in half of the sweeps")
         return
     x = log_limits(taus, 1.0)
     steps = [1e6 * r["step_rad"] for r in noise["rotors"] if r["step_rad"]]

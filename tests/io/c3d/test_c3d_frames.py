@@ -39,6 +39,7 @@ COUNTS = [  # frames in the file, what it declares, where its count is from, rem
     (65536, {"frames": 65535, "pad": False}, SIZE, AT_LIMIT),
     (65536, {"frames": 65535, "trial": (1, 65536)}, TRIAL, ""),
     (100_001, {"frames": 65535}, SIZE, AT_LIMIT),
+    (100_001, {"frames": 0, "header": (1, 65535)}, SIZE, AT_LIMIT),
     (100_001, {"frames": 65535, "groups": ROTATION}, SIZE, AT_LIMIT),
     (100_001, {"frames": 65535, "groups": ROTATION | VICON}, SIZE, AT_LIMIT),
     (100_001, {"frames": 32767, "header": (1, 32767)}, SIZE, AT_LIMIT),

@@ -58,12 +58,12 @@ class TestMarkers:
         recording = read(make(tmp_path, "a.csv", text))
         assert np.allclose(recording.position_mm, EXPECTED, atol=6e-7 * mm, rtol=0)
 
-    @pytest.mark.parametrize("index", [None, "time", "Frame"])
+    @pytest.mark.parametrize("index", [None, "time", "Frame", "whole numbers"])
     def test_as_pandas_writes_axes_under_labels(self, tmp_path, index):
         columns = pd.MultiIndex.from_product([LABELS, list("xyz")])
         frame = pd.DataFrame(TAKE.reshape(N, -1), columns=columns)
-        frame.index = np.arange(N) if index == "Frame" else TIME
-        frame.index.name = index
+        frame.index = np.arange(N) if index in ("Frame", "whole numbers") else TIME
+        frame.index.name = None if index == "whole numbers" else index
         frame.to_csv(path := tmp_path / "a.csv")
         recording = read(path, unit="mm", frame_rate_hz=100)
         assert np.allclose(recording.position_mm, EXPECTED, atol=1e-9, rtol=0)

@@ -150,6 +150,7 @@ def test_the_system_configuration_of_a_crazyflie(tmp_path: Path, name: str) -> N
         ("tilt: -0.0027256011962890625", "tilt: 'nan'", "calibs.1.sweeps.0..tilt is nan"),
         ("tilt: -0.0027256011962890625", "slope: 0", "calibs.1.sweeps.0..tilt is None"),
         ("uid: 3359964365", "uid: -3", "calibs.1.uid is -3"),
+        ("  1:\n    sweeps:", "  1:\n    sweeps: []\n    other:", "two, azimuth and elevation"),
         ("  1:\n    sweeps", "  4:\n    sweeps", "calibs of station 4"),
         ("curve: 0.0019111", "curve: 0.2119111", "second-generation"),
         ("geos:", "\tgeos:", "no YAML"),

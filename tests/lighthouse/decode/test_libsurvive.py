@@ -11,6 +11,7 @@ import pytest
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.decode import libsurvive
 from mocap_metrology.lighthouse.decode.libsurvive import read_libsurvive, tracked_objects
+from mocap_metrology.lighthouse.decode.libsurvive_lines import normals_of
 from mocap_metrology.lighthouse.decode.libsurvive_solution import read_solution, solution_pose
 from mocap_metrology.lighthouse.rotation import log
 from mocap_metrology.lighthouse.timing import TICKS_PER_S
@@ -253,3 +254,13 @@ def test_broken_gzip_and_missing_file(tmp_path: Path, samples: Path) -> None:
         read_libsurvive(path, "HMD")
     with pytest.raises(Refusal, match="cannot be read"):
         read_libsurvive(tmp_path / "none.rec", "HMD")
+
+
+@pytest.mark.parametrize(("length", "n", "used"), [(1.05, 4, True), (1.2, 4, False), (1, 3, False)])
+def test_normals_that_are_no_unit_vectors_are_damage(length: float, n: int, used: bool) -> None:
+    """Within a tenth they are rounded, and made unit vectors."""
+    normals = [[0.6 * length, 0.0, 0.8 * length]] * n
+    found = normals_of({"lighthouse_config": {"modelNormals": normals}}, 4)
+    assert (found is not None) is used
+    if used:
+        np.testing.assert_allclose(found, [[0.6, 0.0, 0.8]] * 4)

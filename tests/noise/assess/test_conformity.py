@@ -91,7 +91,7 @@ SPECIAL = {
     "moves": (finding("moves", x1=300.0, y1=2021.4, L=5.0) | LABELS,
         {"drift_mm_per_h": 5.0, "status": "misfit", "frame_mm": 693.0}, "bad",
         {"code": Code.MOVES, "series": "y1", "value": 2021.4, "names": ("Head",), "distance": "",
-         "still": (), "threshold": "still.range_mm", "over_s": 3600.0}, []),
+         "limit": 0.0, "still": (), "threshold": "still.range_mm", "over_s": 3600.0}, []),
     "moves, with gaps": (finding("moves", x1=1.0, y1=2.0) | {"missing": {"y1": 0.05}},
         {"status": "misfit"}, "bad", {"names": ("marker 1",), "distance": ""}, [Code.MISSING]),
 }  # fmt: skip

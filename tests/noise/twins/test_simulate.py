@@ -212,3 +212,10 @@ def test_what_is_no_change_is_refused(changes: object, expected: str) -> None:
     with pytest.raises(Faults) as faults:
         recording_twin(WHITE | {"days": {"changes": changes}}, "t")
     assert expected in faults.value.lines[0]
+
+
+def test_scale_is_of_the_series_that_are_named() -> None:
+    """Amplitudes: h_0 of the one is four times as large, of the others as before."""
+    twin = recording_twin(WHITE | {"scale": {"x1": 2.0}}, "scaled", {})
+    h_0 = {s: c["h_0"] for s, c in simulate(twin, 1.0).truth["coefficients"].items()}
+    assert h_0 == pytest.approx(dict.fromkeys(h_0, 1e-6) | {"x1": 4e-6}) and len(h_0) == 6

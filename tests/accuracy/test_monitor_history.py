@@ -12,7 +12,7 @@ from mocap_metrology.accuracy.monitor_take import Take, judge
 from mocap_metrology.common.faults import Faults
 from mocap_metrology.common.sheets import Line
 from mocap_metrology.present.monitors import _drawn
-from mocap_metrology.recording.monitor import monitor
+from mocap_metrology.recording.monitor import Noises, monitor, steps_of
 from mocap_metrology.recording.monitor_sheet import monitors
 from mocap_metrology.settings import Settings
 
@@ -318,3 +318,28 @@ def test_the_chart_of_many_markers_draws_what_alarms_and_what_is_of_all() -> Non
     drawn, left = _drawn(rows)
     assert left == len(names) - 12 and drawn[:6] == names[:6]
     assert {"place M40 z", names[40]} <= set(drawn)
+
+
+@pytest.mark.parametrize(("step_mm", "n"), [(0.001, 1500), (0.1, 4000), (0.3, 9000)])
+def test_takes_that_are_exported_once_more(step_mm: float, n: int) -> None:
+    """From a later frame and in steps up to thrice the noise, of walks in white noise, among takes
+    of other days a tenth of that noise apart."""
+    rng = np.random.default_rng(n)
+    days = [
+        rng.normal(0, 0.1, (2, 3, n)) + np.cumsum(rng.normal(0, 0.002, (2, 3, n)), axis=2)
+        + rng.normal(0, 0.01, (2, 3, 1))
+        for _ in range(8)
+    ]  # fmt: skip
+    again = np.round(days[5][:, :, n // 5 :] / step_mm) * step_mm
+    takes = {
+        f"t{k}": {
+            "steps": steps_of(day),
+            "take": {"places_mm": dict(zip("AB", day.mean(axis=2).tolist(), strict=True))},
+        }
+        for k, day in enumerate([*days, again])
+    }
+    noises = Noises(takes)
+    for name in [*takes][:-1]:
+        assert not noises.repeated(name)
+        noises.used.append(name)
+    assert "t5" in noises.repeated("t8")

@@ -21,7 +21,8 @@ from mocap_metrology.settings import Settings
 
 TAKE = "monitor_take.json"
 LEAST_SEEN = 0.5  # of the frames
-STEPS, LEAST_COMMON = 8192, 500  # of a take that are kept; that two takes have in common, at least
+STEPS, LEAST_COMMON = 4096, 500  # of a take that are kept; that two takes have in common, at least
+BY_CHANCE = 4.0  # standard deviations of times in common; beyond it takes are compared as a whole
 REPEATED, NEAR = 10.0, 16  # standard deviations of a correlation; steps within which it is alike
 EXCHANGED = 0.1  # of the way from where a marker stood itself: it is where another one stood
 
@@ -51,14 +52,14 @@ def write_take(results: Results, settings: Settings) -> Mapping[str, Any]:
         "wander_s": settings.monitor.wander_s,
         "moving": bool(results.check.get("moving")),
         "seen": {k: float(np.isfinite(xyz).all(axis=0).mean()) for k, xyz in positions.items()},
-        "steps": _steps(positions.values()),
+        "steps": steps_of(positions.values()),
         "take": asdict(take_numbers),
     }
     write_json(results.folder / TAKE, document)
     return read_take(results.folder)
 
 
-def _steps(positions: Iterable[np.ndarray]) -> str:
+def steps_of(positions: Iterable[np.ndarray]) -> str:
     """Sizes of the first STEPS steps from frame to frame of all markers together, as ranks of a
     byte in hexadecimal; neither units, axes nor the rounding of an export alter them much."""
     from scipy.stats import rankdata
@@ -88,13 +89,12 @@ def monitor(
     used: list[Row] = []
     left_out: dict[str, str] = {}
     first: dict[tuple[str, ...], str] = {}
+    noises = Noises(takes)
     begins = False  # a baseline, with a take that cannot be used
     for row in rows:
         why = "it has no results: its recording was refused, or its files are missing"
         if row.recording in takes:
-            why = unfit(takes[row.recording], first)
-            if not why:
-                why = repeated(takes[row.recording], [takes[of.recording] for of in used])
+            why = unfit(takes[row.recording], first) or noises.repeated(row.recording)
             if used and row.baseline != "restart" and settings.monitor.frame == "fixed":
                 why = why or exchanged(*(takes[of.recording]["take"] for of in (used[-1], row)))
         if why:
@@ -102,6 +102,7 @@ def monitor(
             begins |= row.baseline == "restart"
         else:
             used.append(replace(row, baseline="restart") if begins else row)
+            noises.used.append(row.recording)
             begins = False
     of = [takes[row.recording] for row in used]
     judged = stretches(used, [Take(**one["take"]) for one in of], settings.monitor)
@@ -140,31 +141,77 @@ def exchanged(before: Mapping[str, Any], take: Mapping[str, Any]) -> str:
     )
 
 
-def repeated(take: Mapping[str, Any], earlier: Sequence[Mapping[str, Any]]) -> str:
-    """Whether a take is another export of an earlier one, or of a part of it: the correlation of
-    their `_steps`, at the offset where it is surest, is larger by REPEATED of its standard
-    deviations by chance than at any other one that is not near, as that of lines and bursts is
-    not."""
+def times_between(steps: str) -> np.ndarray:
+    """Bits (STEPS / 64,) of the times in frames between the largest of `steps_of`, which a part of
+    a take has, too, whichever frame it begins with."""
+    ranks, bits = np.frombuffer(bytes.fromhex(steps), np.uint8), np.zeros(STEPS, np.uint8)
+    if ranks.size >= LEAST_COMMON:
+        largest = int(np.sqrt(ranks.size) / 2)
+        at = np.sort(np.argpartition(ranks, -largest)[-largest:])
+        bits[(at - at[:, None])[np.triu_indices(largest, 1)]] = 1
+    return np.packbits(bits).view(np.uint64)
+
+
+class Noises:
+    """Noise of the takes of a monitor, by which one that is exported once more is known; `used`:
+    names of those that were accepted."""
+
+    def __init__(self, takes: Mapping[str, Mapping[str, Any]]) -> None:
+        self.used: list[str] = []
+        self.at = {name: k for k, name in enumerate(takes)}
+        self.steps = [str(take.get("steps", "")) for take in takes.values()]
+        self.times = np.array([times_between(one) for one in self.steps])
+        self.counts = np.bitwise_count(self.times).sum(axis=1, dtype=float)
+        places = [take["take"]["places_mm"] for take in takes.values()]
+        kinds = {labels: k for k, labels in enumerate({tuple(one) for one in places})}
+        self.kinds = np.array([kinds[tuple(one)] for one in places])
+        self.places = np.full((len(places), 3 * max(map(len, places), default=0)), np.nan)
+        for row, one in zip(self.places, places, strict=True):
+            row[: 3 * len(one)] = np.ravel([*one.values()])
+
+    def repeated(self, name: str) -> str:
+        """Whether a take is one that was used, exported once more: why it cannot be used."""
+        own, earlier = self.at[name], np.array([self.at[one] for one in self.used], int)
+        among = [*self._alike(own, earlier), *self._nearest(own, earlier)]
+        for k in among:
+            if same_noise(self.steps[own], self.steps[k]):
+                return f"it is {[*self.at][k]} exported once more, with the same noise"
+        return ""
+
+    def _alike(self, own: int, earlier: np.ndarray) -> np.ndarray:
+        """Those with more times in common than by chance: of times within a span whose density
+        falls linearly, 4/3 of the product over the span."""
+        there = self.times[earlier]
+        span = 64 * (there.any(axis=0) & (self.times[own] > 0)).sum()
+        chance = 4 / 3 * self.counts[own] * self.counts[earlier] / max(span, 1)
+        common = np.bitwise_count(there & self.times[own]).sum(axis=1)
+        return earlier[common > chance + BY_CHANCE * np.sqrt(chance)]
+
+    def _nearest(self, own: int, earlier: np.ndarray) -> np.ndarray:
+        """The one whose markers stood nearest, if any has them all: an export in steps beyond the
+        noise has few of the times in common, but the same mean places."""
+        earlier = earlier[self.kinds[earlier] == self.kinds[own]]
+        apart = np.nansum(np.abs(self.places[earlier] - self.places[own]), axis=1)
+        return earlier[apart.argmin(keepdims=True)] if earlier.size else earlier
+
+
+def same_noise(own: str, there: str) -> bool:
+    """Whether two takes are exports of one, or of parts of it: the correlation of their `steps_of`,
+    at the offset where it is surest, is larger by REPEATED of its standard deviations by chance
+    than at any other one that is not near, as that of lines and bursts is not."""
     from scipy.signal import correlate
 
-    def centred(one: Mapping[str, Any]) -> np.ndarray:
-        ranks = np.frombuffer(bytes.fromhex(one.get("steps", "")), np.uint8).astype(float)
-        return (ranks - ranks.mean()) / max(ranks.std(), 1e-12) if ranks.size else ranks
-
-    own = centred(take)
-    for other in earlier:
-        there = centred(other)
-        if min(own.size, there.size) < LEAST_COMMON:
-            continue
-        product = correlate(own, there, method="fft")
-        offset = np.arange(product.size) - (there.size - 1)
-        common = np.minimum(own.size, offset + there.size) - np.maximum(offset, 0)
-        sure = np.where(common < LEAST_COMMON, 0.0, product / np.sqrt(np.maximum(common, 1)))
-        best = int(np.argmax(sure))
-        others = np.abs(offset - offset[best]) > NEAR
-        if sure[best] > sure[others].max() + REPEATED:
-            return f"it is {other['recording']} exported once more, with the same noise"
-    return ""
+    ranks = [np.frombuffer(bytes.fromhex(one), np.uint8).astype(float) for one in (own, there)]
+    if min(map(len, ranks)) < LEAST_COMMON:
+        return False
+    a, b = ((one - one.mean()) / max(one.std(), 1e-12) for one in ranks)
+    product = correlate(a, b, method="fft")
+    offset = np.arange(product.size) - (b.size - 1)
+    common = np.minimum(a.size, offset + b.size) - np.maximum(offset, 0)
+    sure = np.where(common < LEAST_COMMON, 0.0, product / np.sqrt(np.maximum(common, 1)))
+    best = int(np.argmax(sure))
+    others = np.abs(offset - offset[best]) > NEAR
+    return bool(sure[best] > sure[others].max() + REPEATED)
 
 
 def unfit(take: Mapping[str, Any], first: dict[tuple[str, ...], str]) -> str:

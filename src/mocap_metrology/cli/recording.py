@@ -36,6 +36,7 @@ KINDS: dict[Kind, str] = {
     "body": "; they are rigid bodies, whose positions the software solved from several markers",
 }
 FEWEST_SEEN = 0.5  # share of frames a marker must be there in to be chosen
+MOVING = "no two are at rest"
 WANTED = 2  # with two there is a distance
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, M_ARENA_MAX = -1, -3, -8  # of glibc's malloc.h
 LARGEST = 1 << 29  # bytes of an array, and of what is kept
@@ -98,6 +99,8 @@ def _entry(path: Path, options: argparse.Namespace) -> Entry:
         return entry
     markers, why = chosen(entry, SETTINGS.still.range_mm)
     what = f"{', '.join(markers)} ({why}); name others with --markers, in make MARKERS="
+    if MOVING in why:
+        what += ", or check a rigid pair that moves with --bar A-B or auto, in make BAR="
     results.tell(f"Markers: {what}")
     return replace(entry, markers=markers)
 
@@ -160,7 +163,7 @@ def choose(
     if least and ranges[least[-1]] <= limit_mm:
         return least, "all at rest"
     moves = ", ".join(f"{name} by {mm(ranges[name])}" for name in least)
-    return least, f"those that move least, {moves}: no two are at rest"
+    return least, f"those that move least, {moves}: {MOVING}"
 
 
 def _movement(entry: Entry, label: str) -> float | None:

@@ -160,7 +160,8 @@ class Noises:
         self.used: list[str] = []
         self.at = {name: k for k, name in enumerate(takes)}
         self.steps = [str(take.get("steps", "")) for take in takes.values()]
-        self.times = np.array([times_between(one) for one in self.steps])
+        times = [times_between(one) for one in self.steps]
+        self.times = np.array(times, np.uint64).reshape(-1, STEPS // 64)
         self.counts = np.bitwise_count(self.times).sum(axis=1, dtype=float)
         places = [take["take"]["places_mm"] for take in takes.values()]
         kinds = {labels: k for k, labels in enumerate({tuple(one) for one in places})}

@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mocap_metrology.noise.fit.spectral.line import EXACT, TINY
 from mocap_metrology.noise.fit.spectral.periodogram import Periodogram, Slow
 from mocap_metrology.noise.fit.spectral.whittle import Fit, Likelihood, dictionary
 from mocap_metrology.noise.model.components import ALPHAS
@@ -35,7 +36,6 @@ SHORTEST = 1e-3  # T_w searched: from this share of the recording,
 LEAST_FRAMES = 100  # and from so many frames, up to the recording
 GRID = 48  # T_w at which the search starts
 STEP = 1e-3  # of ln T_w, for a derivative
-TINY, EXACT = np.finfo(float).tiny, 1e-18  # least densities, where there is no noise
 UNLIKELY = 2.0  # twice the log of the odds against a line, and against a warm-up, before a look
 PROMISING = 4.0  # in twice the log likelihood: what may fail to pay in the search and yet be tried
 

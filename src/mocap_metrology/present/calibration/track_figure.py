@@ -161,7 +161,7 @@ def _draw_angles(axes: figure.Axes, allan: Columns, noise: Record, axis: str) ->
             shown.append(adev)
             taus.append(tau)
     if not taus:
-        figure.write_message(axes, "No scatter, or no diode hit in half of the sweeps")
+        figure.write_message(axes, "No scatter, or no diode\nhit in half of the sweeps")
         return
     x = log_limits(taus, 1.0)
     steps = [1e6 * r["step_rad"] for r in noise["rotors"] if r["step_rad"]]

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import psutil
 import pytest
+from mocap_workflow import forks
 
 WORKFLOW = Path(__file__).resolve().parents[2] / "workflow"
 SCRIPT = """
@@ -20,7 +21,7 @@ loaded = "mocap_metrology.recording.figures" in sys.modules
 print(loaded, os.getpid(), os.environ["OWN"], os.environ["OPENBLAS_NUM_THREADS"], flush=True)
 {body}
 """
-PATIENCE_S = 120.0  # until everything is loaded
+PATIENCE_S = 120.0
 
 
 @pytest.fixture(scope="module")
@@ -82,10 +83,26 @@ def test_without_a_fork_a_script_runs_in_its_own_process(tmp_path, answers) -> N
     assert (loaded, int(pid), job.returncode) == ("False", job.pid, 0)
 
 
-def test_a_fork_ends_with_its_job(tmp_path, address) -> None:
+@pytest.mark.parametrize("read", [True, False])
+def test_a_fork_ends_with_its_job(tmp_path, address, read) -> None:
+    """Also one that is killed before it has read that its fork began: the link is then reset."""
+    script = tmp_path / "script.py"
+    script.write_text("import os, time; print(os.getpid(), flush=True); time.sleep(600)")
+    output, words = os.pipe()
+    with socket.socket(socket.AF_UNIX) as link:
+        forks.send_request(link, address, str(script), tmp_path, os.environ, (0, words, 2))
+        fork = psutil.Process(int(os.read(output, 20)))
+        if read:
+            assert link.recv(1) == b"b"
+    fork.wait(PATIENCE_S)
+    os.close(output)
+    os.close(words)
+
+
+def test_a_fork_ends_with_the_process_of_its_job(tmp_path, address) -> None:
     job = start(tmp_path, address, "import time; time.sleep(600)")
     fork = psutil.Process(int(job.stdout.readline().split()[1]))
     job.send_signal(signal.SIGKILL)
-    fork.wait(10)
-    assert not fork.is_running() and job.wait(10) == -signal.SIGKILL
+    fork.wait(PATIENCE_S)
+    assert not fork.is_running() and job.wait(PATIENCE_S) == -signal.SIGKILL
     job.communicate()

@@ -168,8 +168,9 @@ def _work(link: socket.socket) -> None:
 
 
 def _ends_with(link: socket.socket) -> None:
-    """End this process when the job's own has ended."""
-    link.recv(1)
+    """End this process when the job's own has ended, be it before it read that this one began."""
+    with contextlib.suppress(OSError):
+        link.recv(1)
     os._exit(1)
 
 

@@ -150,7 +150,7 @@ def twin(sigma: float = 0.02, **more: Any) -> Twin:
     return Twin("t", 7, models, duration_s=more.pop("duration_s", 70.0), **more)
 
 
-def assessed(twin: Twin, span: Span = SPAN) -> Assessment:
+def assessed(twin: Twin, span: Span = SPAN, n_missing: int = 0) -> Assessment:
     """Simulated, cleaned, and judged with the coefficients it was made of."""
     position = simulate(twin).position_mm
     raw = {f"{axis}{k + 1}": position[k, j] for k in (0, 1) for j, axis in enumerate("xyz")}
@@ -159,7 +159,7 @@ def assessed(twin: Twin, span: Span = SPAN) -> Assessment:
         found = hampel(values, 120, 3.0, "replace", 0.0)
         series[name] = found.values
         shares = {"share": found.share, "share_of_clean_gaussian_noise": 0.003427}
-        counts = {"n_frames": values.size, "n_valid": found.n_valid}
+        counts = {"n_frames": values.size, "n_valid": found.n_valid - n_missing}
         outliers.append({"series": name, **shares, **counts})
     noise = [
         {"series": name, "estimator": "likelihood", "parameter": k, "value": v, "status": "ok"}
@@ -181,6 +181,13 @@ def assessed(twin: Twin, span: Span = SPAN) -> Assessment:
         Limits(),
         in_turn,
     )
+
+
+@pytest.mark.parametrize(("n", "word"), [(120, "good"), (121, "usable")])
+def test_one_missing_frame_in_a_hundred_is_the_limit(n: int, word: str) -> None:
+    """Of 12,000: counted, as 1 - 0.99 is more than 0.01 in floating point."""
+    found = assessed(twin(duration_s=100.0), n_missing=n).verdict
+    assert (found.word, found.decided_by.code == Code.MISSING) == (word, word == "usable")
 
 
 def drifting(mm: float, axis: int = 1, label: str = "Wand2") -> Twin:

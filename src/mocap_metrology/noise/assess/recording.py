@@ -131,7 +131,7 @@ def assess_recording(inputs: Inputs, span: Span, limits: Limits, over: MapFuncti
         duration,
         min(span.horizon_s, duration),
         len(inputs.labels),
-        {r["series"]: 1 - float(r["n_valid"]) / float(r["n_frames"]) for r in inputs.outliers},
+        {r["series"]: (r["n_frames"] - r["n_valid"]) / r["n_frames"] for r in inputs.outliers},
         excess_outliers(inputs.outliers),
         tuple(inputs.labels),
         span.horizon_s,

@@ -45,3 +45,5 @@ def test_as_a_module_of_another_workflow(tmp_path: Path, snakemake) -> None:
     assert "recording wrong refused: wrong.c3d: is not a C3D file" in done.stdout
     assert (tmp_path / "own.txt").is_file()
     assert (tmp_path / "mocap/recordings/wrong/check.json").is_file()
+    asked = snakemake(tmp_path, "--cores", "1", "mocap/recordings/wrong/verdict.json").stdout
+    assert "wrong was refused: wrong.c3d: is not a C3D file" in asked and "crashed" not in asked

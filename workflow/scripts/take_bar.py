@@ -7,7 +7,7 @@ with step(snakemake):
     from pathlib import Path
 
     from mocap_metrology.accuracy.bar import BarEntry
-    from mocap_metrology.common.files import write_json, write_table
+    from mocap_metrology.common.files import REFUSED, write_json, write_table
     from mocap_metrology.recording.bar import write_take
     from mocap_metrology.recording.bar_take import read_bar
     from mocap_metrology.recording.clean import Entry, refused_in_sheet, simulated
@@ -31,6 +31,6 @@ with step(snakemake):
             write_take(reading, bar_row, path)
             write_json(snakemake.output.check, reading.check)
         except Exception as error:
-            refusal = refusal_of(error, snakemake, path.parent)
-            write_json(snakemake.output.check, refused_in_sheet(refusal))
-            write_table(path, {"length_mm": []}, origin)
+            check = refused_in_sheet(refusal_of(error, snakemake, path.parent))
+            write_json(snakemake.output.check, check)
+            write_table(path, {"length_mm": []}, {**origin, REFUSED: check["why"]})

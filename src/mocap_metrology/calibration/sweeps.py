@@ -124,7 +124,7 @@ def refuse(refusal: Refusal, folder: Path) -> None:
     why = {"ok": False, "why": str(refusal), "warnings": [], "notes": []}
     files.write_json(folder / "check.json", why)
     for name in ("pulses", "inertial", "sweeps"):
-        files.write_table(folder / DECODED[name], {}, why)
+        files.write_table(folder / DECODED[name], {}, {files.REFUSED: str(refusal)})
     files.write_json(folder / DECODED["stations"], [])
     files.write_csv(folder / DECODED["board"], [], ("x_m", "y_m", "z_m"))
 

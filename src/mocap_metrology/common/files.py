@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mocap_metrology.common import parquet
-from mocap_metrology.common.errors import Damaged, Missing
+from mocap_metrology.common.errors import Damaged, Missing, Refusal
 from mocap_metrology.common.large import LazyArrays, Spool, is_large
 from mocap_metrology.common.spreadsheet import as_text
 from mocap_metrology.common.types import Columns
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 Metadata = dict[str, Any]  # of a table, as JSON holds it
 METADATA_KEY = b"mocap_metrology"
 RUN = "MOCAP_METROLOGY_RUN"  # in the environment: mark of the run of the workflow
+REFUSED = "refused"  # in the metadata of empty tables: why
 CHECKSUM = "user.mocap_metrology.sha256"  # extended attributes of a file
 PLACE = "user.mocap_metrology.place"
 OF_ONE = ("recordings", "calibrations")  # folders with a folder for each
@@ -298,11 +299,14 @@ def read_metadata(path: str | Path) -> Metadata:
 
 
 def _metadata(file: pq.ParquetFile, path: str | Path) -> Metadata:
-    """Metadata of a table; `Damaged` where it is of another recording than its folder."""
+    """Metadata of a table; `Damaged` where it is of another recording than its folder, `Refusal`
+    where that was refused."""
     metadata = json.loads((file.schema_arrow.metadata or {}).get(METADATA_KEY, b"{}"))
     kind, name = ("", "", *Path(path).absolute().parts)[-3:-1]
     if kind in OF_ONE and metadata.get("recording", name) != name:
         raise Damaged(path, f"it is of {metadata['recording']}")
+    if why := metadata.get(REFUSED):
+        raise Refusal(f"{name} was refused: {why}")
     return metadata
 
 

@@ -240,10 +240,11 @@ def refused_in_sheet(refusal: Refusal) -> Check:
 
 def refuse(refusal: Refusal, entry: Entry, origin: files.Metadata, folder: Path) -> None:
     """check.json of a recording that cannot be used, with the reason; tables without rows."""
-    files.write_json(folder / "check.json", refused_in_sheet(refusal))
+    check = refused_in_sheet(refusal)
+    files.write_json(folder / "check.json", check)
     names = [f"{name}_mm" for name in coordinate_names(len(entry.markers))]
-    frame = {"frame": np.empty(0, np.int32)}
-    table = Table(frame | dict.fromkeys(names, np.empty(0, np.float32)), origin)
+    columns = {"frame": np.empty(0, np.int32)} | dict.fromkeys(names, np.empty(0, np.float32))
+    table = Table(columns, {**origin, files.REFUSED: check["why"]})
     table.write(folder / "trajectories.parquet")
     table.write(folder / "clean.parquet")
     files.write_csv(folder / "outliers.csv", [], OUTLIERS)

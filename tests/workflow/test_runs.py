@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import os
+import shutil
 import socket
 import subprocess
 import sys
@@ -133,6 +134,25 @@ def test_what_is_no_record_says_nothing(left, text: str) -> None:
     (results / runs.CLAIM).write_text(text)
     assert not runs.claim(results) and there(files) == files.keys()
     runs.ended(results / runs.CLAIM)
+
+
+def test_a_killed_run_whose_results_were_deleted_is_known(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As its lock, which would refuse every later run, is in the working folder."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv(runs.MARK, "")
+    dies = "import os, pathlib; from mocap_workflow import runs; "
+    dies += "runs.claim(pathlib.Path('results')); os.kill(os.getpid(), 9)"
+    paths = environment() | {"PYTHONPATH": str(Path(runs.__file__).parents[1])}
+    subprocess.run([sys.executable, "-c", dies], env=paths, check=False)
+    shutil.rmtree("results")
+    results = Path("results")
+    assert not runs.claim(Path("other"))
+    assert runs.claim(results)
+    for record in (results / runs.CLAIM, Path("other") / runs.CLAIM):
+        runs.ended(record)
+    assert not any(path.is_file() for path in tmp_path.rglob("*"))
 
 
 def until(condition: Callable[[], object], run: subprocess.Popen) -> None:

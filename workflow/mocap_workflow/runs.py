@@ -1,9 +1,10 @@
 """One run at a time in a folder of results, and what a killed run left: its jobs, its lock, and
 results that were not finished.
 
-A run writes down in the folder of results who it is, and removes this record when it ends: where
-the record stays and its process is gone, the run was killed. Processes of another host are not seen
-from here: there `snakemake --unlock` has the last word.
+A run writes down in the folder of results who it is, and beside the lock of Snakemake, which stays
+where results are deleted; it removes both records when it ends. Where one stays and its process is
+gone, the run was killed. Processes of another host are not seen from here: there `snakemake
+--unlock` has the last word.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from __future__ import annotations
 import atexit
 import base64
 import contextlib
+import hashlib
 import json
 import os
 import shutil
@@ -65,6 +67,12 @@ class Run:
             same = abs(process.create_time() - self.began_s) < SAME_S
             return bool(self.here() and same and process.status() != psutil.STATUS_ZOMBIE)
         return False
+
+
+def _second(record: Path, folder: Path) -> Path:
+    """Where the record stands in the working folder, too."""
+    name = hashlib.sha256(os.fsencode(record.resolve())).hexdigest()
+    return folder / f".snakemake/run-{name[:16]}.json"
 
 
 def read(record: Path) -> Run | None:
@@ -140,7 +148,7 @@ def claim(results: Path, unlocks: bool = False) -> bool:
     be. unlocks: the user states that no run of another host is."""
     record, new = results.absolute() / CLAIM, not results.exists()
     with locked(record.parent):  # as two may start at once after a kill
-        other = read(record)
+        other = read(record) or read(_second(record, Path.cwd()))
         if other is not None and other.mark == os.environ.get(MARK) and other.alive():
             return False  # this run, or its call of `snakemake --unlock`
         if other is not None:
@@ -171,16 +179,19 @@ def _write(record: Path) -> None:
     process, host = psutil.Process(), socket.gethostname()
     run = Run(host, process.pid, process.create_time(), OWN_MARK, str(Path.cwd()))
     os.environ[MARK] = run.mark
-    part = record.with_suffix(f".{run.pid}")
-    part.write_text(json.dumps(asdict(run)), encoding="utf-8")
-    part.replace(record)
+    for path in (record, _second(record, Path.cwd())):
+        path.parent.mkdir(exist_ok=True)
+        part = path.with_suffix(f".{run.pid}")
+        part.write_text(json.dumps(asdict(run)), encoding="utf-8")
+        part.replace(path)
 
 
 def ended(record: Path) -> None:
-    """Remove the record of this process."""
-    run = read(record)
-    if run is not None and run.here() and run.pid == os.getpid():
-        record.unlink(missing_ok=True)
+    """Remove the records of this process."""
+    for path in (record, _second(record, Path.cwd())):
+        run = read(path)
+        if run is not None and run.here() and run.pid == os.getpid():
+            path.unlink(missing_ok=True)
 
 
 def _leave(record: Path, new: bool) -> None:

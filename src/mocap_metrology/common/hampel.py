@@ -19,6 +19,7 @@ from mocap_metrology.common.errors import Refusal
 SAMPLED = 1 << 17  # changes of frames that show steps
 CHANGING, HIDDEN, LEAST_CHANGE = 0.1, 0.1, 0.3  # of steps: share of frames that change, at least;
 # quantile of their changes, and its share of their median
+GAUSSIAN = 0.16  # of the changes of Gaussian noise are below that share
 MAD_TO_SIGMA = 1.4826  # 1 / Phi^-1(3/4): the MAD of a Gaussian times this is its sigma
 WINDOWS, FINE_STEPS = 64, 8  # windows looked at; steps in a MAD that they do not change
 SHORT_WINDOW = 15  # frames to each side; below, the MAD scatters too much to be a scale
@@ -97,7 +98,11 @@ def own_step(series: np.ndarray) -> float:
     some = changes[changes > 0]
     if not some.size > CHANGING * np.count_nonzero(np.isfinite(changes)):
         return 0.0
-    least = float(np.quantile(some, HIDDEN))
+    # Of a few changes hardly any may be as small by chance
+    hidden = min(HIDDEN, GAUSSIAN - 4 * np.sqrt(GAUSSIAN * (1 - GAUSSIAN) / some.size))
+    if hidden < 0:
+        return 0.0
+    least = float(np.quantile(some, hidden))
     return least if least > LEAST_CHANGE * float(np.median(some)) else 0.0
 
 
@@ -155,7 +160,7 @@ def share_of_rounded(
         return 0.0
     edge = (np.floor(mad / resolution + 0.01) + 0.5) * resolution
     within = np.mean(off < edge)
-    sigma = float(np.mean(edge)) / float(ndtri((1 + within) / 2)) if within < 1 else 0.0
+    sigma = float(np.mean(edge)) / float(ndtri((1 + within) / 2)) if 0 < within < 1 else 0.0
     beyond = (np.floor(n_sigma * MAD_TO_SIGMA * mad / resolution) + 0.5) * resolution
     return float(np.mean(2 * ndtr(-beyond / sigma))) if sigma > 0 else 0.0
 

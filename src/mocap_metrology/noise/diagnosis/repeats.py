@@ -113,7 +113,7 @@ def solved_pairs(
             along = np.nanmean(b - a, axis=1) if np.isfinite(a + b).any() else np.zeros(3)
         size = float(np.linalg.norm(along))
         steps = np.diff(distance(a, b))
-        if not (size > 0 and np.isfinite(steps).any()):
+        if not size > 0 or np.isfinite(steps).sum() < LEAST_CHANGES:
             continue
         ends = sum(float(np.nanvar(np.diff(along @ one / size))) for one in (a, b))
         ratio = float(np.nanvar(steps)) / ends if ends > 0 else 1.0

@@ -95,6 +95,11 @@ def test_what_noise_in_steps_loses(sigma):
     assert share == pytest.approx(hampel(rounded, 120, resolution=1.0).share, rel=0.2, abs=3e-4)
 
 
+def test_of_two_values_a_step_apart_nothing_is_replaced():
+    """Both are half a step from their median, which no share of the noise says anything of."""
+    assert share_of_rounded(np.array([0.0, 0.1]), 120, 3.0, 0.1) == 0.0
+
+
 def test_windows_too_short_for_a_scale():
     """From 15 frames to each side on there is an expectation; a mask has at least these."""
     assert white_level_kept(3.0, 14, "off") == (0.0, 1.0)

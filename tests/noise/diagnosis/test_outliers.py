@@ -96,6 +96,14 @@ def test_one_axis_in_coarse_steps_has_no_outliers() -> None:
     assert hampel(x, 60, 6.0, resolution=own_step(x)).share == 0
 
 
+@pytest.mark.parametrize("n", [3, 12, 29, 90, 200])
+def test_a_few_gaussian_values_have_no_steps_and_no_outliers(n: int) -> None:
+    """Of 300 series at most one by chance, which is how rare either is in six coordinates."""
+    series = 0.05 * np.random.default_rng(n).standard_normal((300, n))
+    assert sum(own_step(one) > 0 for one in series) <= 1
+    assert sum(off_frames(one, 6.0).size > 0 for one in series) <= 1
+
+
 def test_frames_of_a_loud_stretch_are_not_off() -> None:
     """Of Gaussian noise whose level falls at once one frame in 10^8 is; in either part one is. Nor
     are frames of Gaussian noise that each come twice."""

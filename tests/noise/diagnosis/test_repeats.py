@@ -96,6 +96,13 @@ def test_of_a_real_static_trial_whose_filter_held_positions(samples: Path) -> No
     assert repeats("LHEE", other.position_mm[0], other.resolution_mm) is None
 
 
+def test_of_a_few_frames_no_distance_is_solved() -> None:
+    """Of three, one distance in ten of markers that are measured apart changes by as little."""
+    for seed in range(100):
+        apart = np.random.default_rng(seed).normal(0, 0.05, (3, 3, 3)) + PLACES
+        assert solved_pairs(coordinates(apart), [(1, 2), (1, 3)]) == {}
+
+
 PLACES = np.array([[0.0, 0, 0], [80, 10, 0], [20, 60, 5]])  # mm, of three markers of a body
 
 

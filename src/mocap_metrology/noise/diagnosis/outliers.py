@@ -28,6 +28,7 @@ TOGETHER_FRAMES = (1, 3, 9)  # frames
 ALONE_EXPECTED = 1e-3  # number of times that so many are off among them by chance in a recording
 LOUDER = 1.15  # than the usual scale; that of a block varies by 4 %
 SAMPLED = 1 << 18  # values of a scale
+FEWEST = 30  # values of a scale that is known
 MANY_OUTLIERS = 1e-3  # share of the frames from which a reader is warned
 
 
@@ -116,6 +117,8 @@ def off_frames(series: np.ndarray, n_sigma: float, resolution: float = 0.0) -> n
     frames have), half a step of the values at least; as many times that as the distances of `BLOCK`
     frames are louder, there or beside."""
     distance, changes = series - medians_of_five(series), np.diff(series)
+    if np.isfinite(distance).sum() < FEWEST:
+        return np.empty(0, int)
     usual, step = mad_spread(distance), max(resolution, own_step(series))
     if usual > 10 * step:
         changes = changes[changes != 0]

@@ -19,7 +19,8 @@ from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.io.header import READ
 from mocap_metrology.io.text.table import HOW
 from mocap_metrology.recording import analyse, figures
-from mocap_metrology.recording.clean import Entry
+from mocap_metrology.recording.clean import Entry, clean
+from mocap_metrology.settings import Settings
 
 ROOT = Path(__file__).resolve().parents[2]
 RATE, SECONDS, SIGMA = 50.0, 70, 0.02
@@ -345,7 +346,7 @@ def test_points_that_are_no_markers_are_named_for_what_they_are(
     tmp_path: Path, labels: list[str], words: str
 ) -> None:
     n = round(RATE * 20)
-    position = np.random.default_rng(5).normal(300, SIGMA, (n, 2, 3))
+    position = np.random.default_rng(5).normal([[300.0], [350.0]], SIGMA, (n, 2, 3))
     write_c3d(tmp_path / "take.c3d", labels, RATE, [position], n)
     entry = Entry([str(tmp_path / "take.c3d")], (), None)
     if "computed" in words:
@@ -354,6 +355,19 @@ def test_points_that_are_no_markers_are_named_for_what_they_are(
         return
     markers, why = recording.chosen(entry, 2.0)
     assert f"{', '.join(markers)}: {why}".startswith(words)
+
+
+@pytest.mark.parametrize("walks_mm", [0, 500])
+def test_one_marker_under_two_labels_is_taken_once(tmp_path: Path, walks_mm: float) -> None:
+    """As of a body that is exported with its markers: neither a distance nor a second opinion."""
+    n = round(RATE * 20)
+    position = np.random.default_rng(5).normal([[300.0], [300.0], [350.0]], SIGMA, (n, 3, 3))
+    position[:, :, 0] += np.linspace(0, walks_mm, n)[:, None]
+    write_c3d(tmp_path / "take.c3d", ["Body:M1", "M1", "M2"], RATE, [position], n)
+    entry = Entry([str(tmp_path / "take.c3d")], ["Body:M1", "M1"], None)
+    assert set(recording.chosen(entry, 2.0)[0]) == {"Body:M1", "M2"}
+    with pytest.raises(Refusal, match=r"^take.c3d: Body:M1 and M1 are within 2 mm .* one marker"):
+        clean(entry, analyse.origin("take"), Settings(), tmp_path / "out")
 
 
 @pytest.mark.parametrize(

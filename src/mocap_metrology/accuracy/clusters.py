@@ -12,6 +12,8 @@ from mocap_metrology.accuracy.components import random_effects
 from mocap_metrology.accuracy.effective import effective_number, huber_fit, robust_sd
 
 SAMPLED = 4000  # frames that distances are taken from
+FEW = 64  # of them, that show most pairs that part
+SAME_MM = 2.0  # distance of two markers, at least; less has one marker under two labels
 LEAST_FRAMES = 100  # in which both markers of a pair are seen
 PARTS = 20  # of a take, in none of which a distance may differ for long
 LEAST_WAY_M = 1.0  # along which a scale can slope
@@ -50,23 +52,37 @@ def rigid_clusters(position_mm: np.ndarray, cut_mm: float) -> list[Cluster]:
     if n_markers < 2:
         return []
     step = max(n // SAMPLED, 1)
-    pairs = np.triu_indices(n_markers, 1)
-    apart = distances(position_mm[:, :, ::step], pairs)
-    seen = np.isfinite(apart).sum(axis=1) * step
-    spread = np.full(seen.size, 1e3 * cut_mm)
-    for k in np.flatnonzero(seen >= LEAST_FRAMES):
-        spread[k] = _spread(apart[k], cut_mm)
+    some, pairs = position_mm[:, :, ::step], np.triu_indices(n_markers, 1)
+    spread, middle = np.full(pairs[0].size, 1e3 * cut_mm), np.zeros(pairs[0].size)
+    for marker in range(n_markers - 1):  # of hundreds all distances at once are many gigabytes
+        among = np.flatnonzero(pairs[0] == marker)
+        apart = distances(some, (pairs[0][among], pairs[1][among]))
+        seen = np.isfinite(apart).sum(axis=1) * step >= LEAST_FRAMES
+        for k in np.flatnonzero(seen & ~_part_company(apart, cut_mm)):
+            spread[among[k]] = _spread(apart[k], cut_mm)
+            middle[among[k]] = np.nanmedian(apart[k])
+    twice = np.unique(pairs[1][(spread <= cut_mm) & (middle < SAME_MM)])
+    spread[np.isin(pairs, twice).any(axis=0)] = 1e3 * cut_mm
     number = fcluster(linkage(spread, "complete"), cut_mm, "distance")
     rigid = (number[pairs[0]] == number[pairs[1]]) & (spread <= cut_mm)
     clusters = []
     for one in np.unique(number[pairs[0][rigid]]):
         inside = np.flatnonzero(rigid & (number[pairs[0]] == one))
-        longest = inside[np.argmax(np.nanmedian(apart[inside], axis=1))]
+        longest = inside[np.argmax(middle[inside])]
         pair = int(pairs[0][longest]), int(pairs[1][longest])
         n_seen = int(np.isfinite(position_mm[list(pair)]).all(axis=(0, 1)).sum())
         markers = tuple(np.flatnonzero(number == one).tolist())
         clusters.append(Cluster(markers, float(spread[inside].max()), pair, n_seen))
     return sorted(clusters, key=lambda c: (len(c.markers) < 3, -c.n_frames, c.markers))
+
+
+def _part_company(apart: np.ndarray, cut_mm: float) -> np.ndarray:
+    """Which distances (pairs, n) need not be looked at closely, as the inner half of a few of their
+    values alone spans more than a rigid pair's."""
+    few = np.sort(apart[:, :: max(apart.shape[1] // FEW, 1)], axis=1)  # NaN last
+    known, rows = np.isfinite(few).sum(axis=1), np.arange(len(few))
+    span = few[rows, np.minimum(3 * known // 4, few.shape[1] - 1)] - few[rows, known // 4]
+    return np.asarray((known >= FEW // 2) & (span > 4 * cut_mm))
 
 
 def _spread(apart: np.ndarray, cut_mm: float) -> float:

@@ -9,6 +9,7 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -124,7 +125,8 @@ def chosen(entry: Entry, limit_mm: float, wanted: int = WANTED) -> tuple[list[st
         labels = [label for label in points[kind] if ";" not in label]
         unfit = in_words([label for label in points[kind] if label not in labels])
         out = f"; not {unfit}: a label with a ; cannot be named, rename it" if unfit else ""
-        markers, why = choose(labels, lambda label: _movement(entry, label), limit_mm, wanted)
+        movement = partial(_movement, entry, [])
+        markers, why = choose(labels, movement, limit_mm, wanted)
         if markers:
             return markers, why + KINDS[kind] + out
     why = "all its points were computed by a model, not measured; to use them all the same, name"
@@ -166,9 +168,10 @@ def choose(
     return least, f"those that move least, {moves}: {MOVING}"
 
 
-def _movement(entry: Entry, label: str) -> float | None:
+def _movement(entry: Entry, others: list[np.ndarray], label: str) -> float | None:
     """Range of a marker's one-second medians in mm; None if it is hardly seen, or has a coordinate
-    that is zero or three that are equal throughout, which no marker has that is measured."""
+    that is zero or three that are equal throughout, which no marker has that is measured, or is one
+    of the others under another label; else it is added to them."""
     try:
         recording = clean.read(replace(entry, markers=[label]), second_opinion=False)
     except Unseen:
@@ -180,4 +183,8 @@ def _movement(entry: Entry, label: str) -> float | None:
         return None
     rate = recording.frame_rate_hz
     ranges = [median_drift(axis.astype(float), rate).range for axis in position]
-    return float(max(ranges)) if np.isfinite(ranges).all() else None
+    some = position[:, :: max(position.shape[1] // clean.SAMPLED, 1)].copy()
+    if not np.isfinite(ranges).all() or any(clean.are_one(some, one) for one in others):
+        return None
+    others.append(some)
+    return float(max(ranges))

@@ -6,12 +6,14 @@ import logging
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
+from itertools import combinations
 from pathlib import Path
 from typing import NotRequired, TypedDict
 
 import numpy as np
 
 from mocap_metrology import settings as of
+from mocap_metrology.accuracy.clusters import SAME_MM
 from mocap_metrology.accuracy.twin import BarTwin, simulate_bar
 from mocap_metrology.common import files
 from mocap_metrology.common.errors import Refusal, Truncated, UnknownUnit
@@ -43,6 +45,7 @@ from mocap_metrology.settings import Settings
 
 log = logging.getLogger(__name__)
 CHUNK = 65_536  # frames
+SAMPLED = 4096  # frames in which two labels of one marker are seen to be
 UNIT_ASSUMED = "the file names no unit, so its coordinates are assumed to be in mm"
 OUTLIERS = (  # columns of outliers.csv
     *("series", "action", "n_sigma", "window_frames", "n_frames", "n_valid", "n_outliers", "share"),
@@ -193,6 +196,8 @@ def clean(
     """
     results, over, is_twin = Results(folder), progress.over, bool(origin["twin"])
     recording = read(entry, settings.second_opinion and not is_twin)
+    if not is_twin:
+        _refuse_one_marker(entry, recording)
     exchanged = put_right(recording.labels, recording.position_mm)
     for one in exchanged:
         log.warning("%s: labels exchanged in %d frames", " and ".join(one.labels), one.frames.sum())
@@ -217,6 +222,27 @@ def clean(
         progress.later(results.clean.write, folder / "clean.parquet")
     files.write_csv(folder / "outliers.csv", report, OUTLIERS)
     return results
+
+
+def are_one(first: np.ndarray, second: np.ndarray) -> bool:
+    """Whether (3, n) in mm are of one marker, exported under two labels: nearer to each other than
+    any two markers are."""
+    some = slice(None, None, max(first.shape[1] // SAMPLED, 1))
+    apart = np.linalg.norm(first[:, some] - second[:, some], axis=0)
+    known = apart[np.isfinite(apart)]
+    return bool(known.size) and float(np.median(known)) < SAME_MM
+
+
+def _refuse_one_marker(entry: Entry, recording: Recording) -> None:
+    """Of two labels of one marker there is no distance, and no second opinion on its noise."""
+    for (a, first), (b, second) in combinations(
+        zip(recording.labels, recording.position_mm, strict=True), 2
+    ):
+        if are_one(first, second):
+            raise Refusal(
+                f"{Path(entry.paths[0]).name}: {a} and {b} are within {SAME_MM:g} mm of each other:"
+                " one marker under two labels; name one of them, and another marker"
+            )
 
 
 def exchanges(pairs: Sequence[Exchange]) -> list[Row]:

@@ -98,7 +98,9 @@ class TestMarkers:
         assert np.allclose(recording.position_mm, expected, rtol=1e-12)
         assert recording.frame_rate_hz == pytest.approx(rate, rel=1e-5)
 
-    @pytest.mark.parametrize(("unit", "factor"), [("milliseconds", 1e3), ("us", 1e6), ("ns", 1e9)])
+    @pytest.mark.parametrize(
+        ("unit", "factor"), [("milliseconds", 1e3), ("microseconds", 1e6), ("us", 1e6), ("ns", 1e9)]
+    )
     def test_units_of_time(self, tmp_path, unit, factor):
         values = np.c_[TIME * factor + 1.4e9 * factor, TAKE.reshape(N, -1)]
         names = ",".join([f"timestamp [{unit}]", *(f"{a}_{b}" for a in LABELS for b in "xyz")])

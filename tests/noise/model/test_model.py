@@ -201,3 +201,5 @@ def test_simulated_averages_have_the_integral(alpha: int) -> None:
     weights = slope_weights(m * TAU0)
     slope, of_slope = slope_and_error(m * TAU0, found)
     assert abs(slope - weights @ np.log(exact)) < 3.5 * of_slope < 0.05
+    without = [slope_and_error(m * TAU0, np.delete(found, k, axis=0))[0] for k in range(len(found))]
+    assert of_slope == pytest.approx(math.sqrt(len(found) - 1) * np.std(without), rel=0.05)

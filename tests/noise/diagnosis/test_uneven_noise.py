@@ -65,3 +65,13 @@ def test_an_approach_within_the_first_blocks_is_no_step() -> None:
     for _ in range(8):
         found = signature(0.02 * rng.standard_normal(9000) + 0.3 * np.exp(-t / 0.8), 10.0)
         assert found is not None and not found.kinds
+
+
+def test_a_slow_step_is_not_several() -> None:
+    """Two shifts, of which the second takes some 5 s, are not four or five."""
+    rng, t = np.random.default_rng(1), np.arange(20_000) / 100
+    slow = 0.017 / (1 + np.exp(128 - t))
+    for _ in range(3):
+        moved = 0.011 * (t > 38.4) + slow
+        found = signature(0.01 * rng.standard_normal(t.size) + moved, 100.0)
+        assert found is not None and "step" not in found.kinds

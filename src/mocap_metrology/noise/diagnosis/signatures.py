@@ -207,6 +207,8 @@ def signature(series: np.ndarray, frame_rate_hz: float, n_series: int = 1) -> Wa
     unsure = shape.separate and abs(shape.size(solved)) < SIZED * fitted.errors[shape.main]
     unsure |= shape.separate and any(k[a] - k[a - 1] > MOST_FREE + 1 for a in _places(shape))
     unsure |= shape.separate and bool((_places(shape) < SETTLES).any())  # fast approaches, too
+    apart = np.diff(at) if "step" in shape.kinds else np.zeros(0)
+    unsure |= bool(((apart > 1.5 * block_s) & (apart < LASTING_S)).any())  # or one is slow
     if unsure or (not gaussian and all(noise not in FAST for _, noise in near)):
         # What it consists of may be, if it adds up, and so may what is beside it.
         sure -= sure if all(kinds & AT_ONCE for kinds, _ in near) else AT_ONCE

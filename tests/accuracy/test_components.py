@@ -87,6 +87,15 @@ def test_of_an_autoregression(phi: float, gaps: bool) -> None:
     assert effective_number(series) == pytest.approx(expected, rel=0.1)
 
 
+def test_slow_noise_below_white_noise() -> None:
+    """A hundredth of the variance, of 300 values each: tau = 1 + 0.02 * 300 / 1.01, nearly seven,
+    which autocovariances of single values do not show."""
+    rng = np.random.default_rng(8)
+    slow = autoregression(rng, math.exp(-1 / 300), (20, 12_000))
+    every = [effective_number(x) for x in 0.1 * slow + rng.standard_normal(slow.shape)]
+    assert np.median(every) == pytest.approx(1730, rel=0.5)
+
+
 def test_of_series_that_say_nothing() -> None:
     assert math.isnan(effective_number(np.array([1.0, np.nan])))
     assert effective_number(np.ones(50)) == 1.0

@@ -228,3 +228,20 @@ def test_points_whose_names_are_exchanged_have_no_scale_in_a_statement() -> None
     document = report.points_document(wrong, 0.3, names)[0]
     assert document["exchanged"] == ["0", "1"]
     assert known_of(["A", "B"], points=document) == []
+
+
+@pytest.mark.parametrize(("drift_mm", "bent_mm", "jump_mm"), [(30, 1, 0), (0, 6, 0), (0, 4, 30)])
+def test_points_in_order_of_their_places(drift_mm: float, bent_mm: float, jump_mm: float) -> None:
+    """Twenty around a room: neither an even drift nor a bent volume is a jump, and a jump in a bent
+    volume is told at its point."""
+    rng = np.random.default_rng(3)
+    angle = np.linspace(0, 2 * np.pi, 20, endpoint=False)
+    for _ in range(10):
+        at = np.stack([np.cos(angle), np.sin(angle), 0.5 * rng.standard_normal(20)], axis=1)
+        bent = np.stack([at[:, 0] * at[:, 1], at[:, 0] ** 2, at[:, 2] * at[:, 0]], axis=1)
+        after = int(rng.integers(5, 16))
+        moved = drift_mm * np.linspace(0, 1, 20) + jump_mm * (np.arange(20) >= after)
+        places = 2000 * at + 2 * bent_mm * bent + 0.1 * rng.standard_normal((20, 3))
+        places += moved[:, None] * np.array([0.6, 0.0, 0.8])
+        found = frame_changes(Points(places, np.tile(np.eye(3), (20, 1, 1)), 2000 * at))
+        assert found.cuts == ((after,) if jump_mm else ())

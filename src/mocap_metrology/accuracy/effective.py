@@ -18,6 +18,7 @@ from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.transforms import irfft, rfft
 
 BATCHES = 10
+COARSER, LEAST_SUMS = 4, 100  # values in a sum of the next level, and sums of the coarsest
 TUNING = 1.345  # Huber's, of 95 % efficiency for normal noise
 ROUNDS = 30
 LEAST_EFFECTIVE = 25.0  # below it the interval of a mean holds in fewer than 90 % of takes
@@ -25,19 +26,29 @@ LEAST_EFFECTIVE = 25.0  # below it the interval of a mean holds in fewer than 90
 
 def effective_number(series: np.ndarray) -> float:
     """n_eff of (n,) values, NaN in gaps: from 1 to the number of known values; NaN of fewer than
-    two. A constant series counts as one value."""
+    two. A constant series counts as one value. The least by sums of 1, 4, 16 ... values, as
+    white noise hides what is slow and small."""
     known = np.isfinite(series)
     n = int(known.sum())
     if n < 2:
         return math.nan
-    gamma = _autocovariance(np.where(known, series - np.nanmean(series), 0.0), known)
-    if not gamma[0] > 0:
+    sums = np.where(known, series - np.nanmean(series), 0.0)
+    squares, of_sum = float((sums**2).sum()), n * _long_term(sums, known)
+    if not squares > 0:
         return 1.0
+    while sums.size >= COARSER * LEAST_SUMS:
+        sums = sums[: sums.size // COARSER * COARSER].reshape(-1, COARSER).sum(axis=1)
+        of_sum = max(of_sum, sums.size * _long_term(sums, np.ones(sums.size, bool)))
+    return float(np.clip(n * squares / of_sum, 1.0, n)) if of_sum > 0 else float(n)
+
+
+def _long_term(centred: np.ndarray, known: np.ndarray) -> float:
+    """sigma^2 tau of (n,) values by Geyer's sequence."""
+    gamma = _autocovariance(centred, known)
     pairs = gamma[: gamma.size // 2 * 2].reshape(-1, 2).sum(axis=1)
     ends = np.flatnonzero(~(pairs > 0))
     pairs = np.minimum.accumulate(pairs[: ends[0] if ends.size else None])
-    tau = 2 * float(pairs.sum()) / gamma[0] - 1
-    return float(np.clip(n / tau, 1.0, n)) if tau > 0 else float(n)
+    return 2 * float(pairs.sum()) - float(gamma[0])
 
 
 def _autocovariance(centred: np.ndarray, known: np.ndarray) -> np.ndarray:

@@ -180,8 +180,9 @@ def frame_changes(points: Points) -> Segments:
     programming [Bai & Perron, J. Appl. Econometrics 18 (2003) 1], k by BIC,
     3 n log(S / 3n) + PARAMETERS k log(3n); lever and segments by turns.
 
-    Reported where they leave LEAST_FREE, the rms falls below half of that of one fit and each jump
-    exceeds four times the rms inside; no cuts otherwise.
+    Reported where they leave LEAST_FREE, the rms falls below half of that of one fit, each jump
+    exceeds four times the rms inside; no cuts otherwise. Of points that were taken in the order of
+    their places a smooth change may explain more (`_likelier`).
     """
     cuts: tuple[int, ...] = ()
     whole = rms(residuals(points, fit(points, points.has_lever, scale=False)))
@@ -191,15 +192,52 @@ def frame_changes(points: Points) -> Segments:
         before, (cuts, squares) = cuts, _segmented(moved)
         if cuts == before:
             break
-    inside = math.sqrt(squares / len(points))
+    cuts = _likelier(moved, cuts, squares)
     bounds = pairwise((0, *cuts, len(moved)))
-    frames = [fit(moved.only(slice(a, b)), False, False) for a, b in bounds]
+    parts = [moved.only(slice(a, b)) for a, b in bounds]
+    frames = [fit(part, False, False) for part in parts]
+    squares = sum(len(p) * rms(residuals(p, f)) ** 2 for p, f in zip(parts, frames, strict=True))
+    inside = math.sqrt(squares / len(points))
     placed = [one.applied(moved.places, moved.turns) for one in frames]
     jumps = tuple(rms(after - before) for before, after in pairwise(placed))
     free = 3 * (len(points) - 2 * points.has_lever) - 6 * len(frames)
     if free < LEAST_FREE or inside > whole / 2 or any(jump < 4 * inside for jump in jumps):
         return Segments((), whole, ())
     return Segments(cuts, inside, jumps)
+
+
+def _likelier(points: Points, cuts: tuple[int, ...], squares: float) -> tuple[int, ...]:
+    """The cuts of segments that leave this sum of squares, or those of a smooth change that BIC
+    prefers: a frame that drifts evenly, or at a pace that changes evenly, a volume that is bent
+    (quadratic in the place), also with a drift, or with one of the cuts."""
+    left, (y, once, tau) = _about(points)
+    first, second = np.triu_indices(3)
+    terms = np.column_stack([np.ones(len(y)), y, y[:, first] * y[:, second]])
+    bent = np.kron(terms, np.eye(3)).reshape(len(y), 3, -1)
+    drifts, faster = tau[:, None, None] * once, (tau**2)[:, None, None] * once
+    later = [(np.arange(len(y)) >= cut)[:, None, None] * once for cut in cuts]
+    rivals = [[once, drifts], [once, drifts, faster], [bent], [bent, drifts]]
+    rivals += [[bent, one] for one in later]
+    size = left.size
+    best = size * math.log(max(squares, 1e-9)) + PARAMETERS * (len(cuts) + 1) * math.log(size), cuts
+    for columns, of in zip(rivals, [(), (), (), (), *((cut,) for cut in cuts)], strict=True):
+        design = np.concatenate(columns, axis=2).reshape(size, -1)
+        if cuts and size - design.shape[1] >= LEAST_FREE:
+            rest = left.ravel() - design @ np.linalg.lstsq(design, left.ravel(), rcond=1e-10)[0]
+            bic = size * math.log(max(float(rest @ rest), 1e-9))
+            best = min(best, (bic + (design.shape[1] + len(of)) * math.log(size), of))
+    return best[1]
+
+
+def _about(points: Points) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Residuals (n, 3) of one rigid fit; places y (n, 3) about their mean; columns (n, 3, 6) of a
+    small shift and turn, t + a x y; the order, from -1/2 to 1/2."""
+    left = residuals(points, fit(points, points.has_lever, scale=False))
+    y = points.reference - left
+    y = y - y.mean(axis=0)
+    cross = np.array([[[0, z, -b], [-z, 0, a], [b, -a, 0]] for a, b, z in y])  # a x y, rows a
+    once = np.concatenate([np.tile(np.eye(3), (len(y), 1, 1)), cross], axis=2)
+    return left, (y, once, np.linspace(0, 1, len(y)) - 0.5)
 
 
 def _segmented(points: Points) -> tuple[tuple[int, ...], float]:
@@ -261,13 +299,7 @@ def frame_drift(points: Points) -> Drift | None:
     None where it leaves more than a third of the rms (of a jump it leaves half or more), fewer
     than LEAST_FREE, or where the order follows the place, so that a bent volume looks alike.
     """
-    n, rigid = len(points), fit(points, points.has_lever, scale=False)
-    left = residuals(points, rigid)
-    y = points.reference - left
-    y = y - y.mean(axis=0)
-    tau = np.linspace(0, 1, n) - 0.5
-    cross = np.array([[[0, z, -b], [-z, 0, a], [b, -a, 0]] for a, b, z in y])  # a x y, rows a
-    once = np.concatenate([np.tile(np.eye(3), (n, 1, 1)), cross], axis=2)
+    n, (left, (y, once, tau)) = len(points), _about(points)
     design = np.concatenate([once, tau[:, None, None] * once], axis=2).reshape(3 * n, 12)
     found = np.linalg.lstsq(design, left.ravel(), rcond=1e-10)[0]
     inside = math.sqrt(float(((left.ravel() - design @ found) ** 2).sum() / n))

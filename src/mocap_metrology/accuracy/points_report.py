@@ -64,6 +64,8 @@ def points_document(
     }
     least = max(CLAIMED, float(stdtrit(n_places - 1, SURE)))
     has_scale = abs(ppm) > least * se and abs(scaled.scale) < ALIKE - 1
+    enough = max(MISFIT * noise_mm, MOST_LEFT * document["left_out_rms_mm"])
+    has_scale = has_scale and document["left_out_scaled_rms_mm"] <= enough
     left_mm = document["left_out_scaled_rms_mm" if has_scale else "left_out_rms_mm"]
     document |= _misfit(points, names, off, others, left_mm, noise_mm)
     if has_scale and not (document["cuts"] or document["wrong_point"] or document["exchanged"]):

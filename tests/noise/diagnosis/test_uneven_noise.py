@@ -57,3 +57,21 @@ def test_blocks_that_are_loud_are_no_wander(draw) -> None:
     for seed in range(5):
         found = signature(draw(np.random.default_rng([seed, 5])), 50.0)
         assert found is not None and not found.possible and not found.kinds
+
+
+def test_an_approach_within_the_first_blocks_is_no_step() -> None:
+    """Of 0.8 s, which blocks of a second do not show; four of these eight were called a step."""
+    rng, t = np.random.default_rng(4), np.arange(9000) / 10
+    for _ in range(8):
+        found = signature(0.02 * rng.standard_normal(9000) + 0.3 * np.exp(-t / 0.8), 10.0)
+        assert found is not None and not found.kinds
+
+
+def test_a_slow_step_is_not_several() -> None:
+    """Two shifts, of which the second takes some 5 s, are not four or five."""
+    rng, t = np.random.default_rng(1), np.arange(20_000) / 100
+    slow = 0.017 / (1 + np.exp(128 - t))
+    for _ in range(3):
+        moved = 0.011 * (t > 38.4) + slow
+        found = signature(0.01 * rng.standard_normal(t.size) + moved, 100.0)
+        assert found is not None and "step" not in found.kinds

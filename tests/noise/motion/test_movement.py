@@ -64,6 +64,13 @@ def test_noise_is_no_movement_and_movement_is_named(kind: str) -> None:
         assert found.moves is (kind in MOVED) is (found.size_mm > 0)
 
 
+def test_correlated_noise_that_is_louder_for_a_while_does_not_move() -> None:
+    louder = np.where(abs(T - 150) < 50, 4.0, 1.0)
+    for seed in range(30):
+        made = louder * slow(np.random.default_rng(seed), SIGMA, 3.0)
+        assert not movement(made, RATE, *AT_REST).moves
+
+
 @pytest.mark.parametrize("step_mm", [0.0, 0.1])
 def test_a_jump_has_its_size_its_interval_and_its_time(step_mm: float) -> None:
     """From four standard deviations of a frame and the step of the file on."""

@@ -320,14 +320,14 @@ def _is_event(kind: str, wander: Wander, diagnosis: Diagnosis) -> bool:
 
 
 def times_of(wander: Wander, diagnosis: Diagnosis) -> list[float]:
-    """When each change at once was: as the event says that it is, else to the next block."""
+    """When changes at once were: as the event says that it is, else to the next block."""
     bursts = [event for event in diagnosis.events if event.kind == "burst"]
 
     def time_of(jump_s: float) -> float:
         near = [e.time_s for e in bursts if e.time_s - NEAR_S <= jump_s <= e.stop_s + NEAR_S]
         return min(near, key=lambda time_s: abs(time_s - jump_s), default=jump_s)
 
-    return [time_of(jump_s) for jump_s, _ in wander.jumps]
+    return [*dict.fromkeys(time_of(jump_s) for jump_s, _ in wander.jumps)]
 
 
 def shift_near(

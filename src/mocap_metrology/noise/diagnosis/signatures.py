@@ -37,12 +37,13 @@ from mocap_metrology.noise.diagnosis.shapes import LAWLESS, PERIODS, shapes
 from mocap_metrology.noise.diagnosis.slow_noises import by_parts, likeliest_sums, spectra
 from mocap_metrology.noise.fit.estimates import Z_95
 
-LEVEL, NOTHING = 0.03, 1e-3  # of what is excluded; of white noise alone
+LEVEL, UNEVEN, NOTHING = 0.03, 0.01, 1e-3  # of what is excluded; among loud blocks; of white noise
 USUAL = 7  # series of a recording
 WALK = 1 / 3  # of every other noise, beside a random walk
 LEAST_BLOCKS, OFTEN = 60, 0.05  # at least; share of loud ones from which others may be so, too
 NEAR, LOUDER = 20, 1.5  # blocks from a change; times the variance elsewhere that counts there
 MOST_FREE, SIZED = 30, 3.3  # blocks that are missing where it shifts; standard errors of size
+SETTLES = 4  # blocks at the start, within which a step may be an approach of some seconds
 SLOWEST = 30  # coefficients that show whether noise is bounded
 WHITE, GAUSSIAN = 1.95, 8.0  # Kolmogorov's statistic; standard errors of the kurtosis
 EXACT = 1e-9  # of the variance: a shape that leaves less leaves nothing
@@ -178,7 +179,7 @@ def signature(series: np.ndarray, frame_rate_hz: float, n_series: int = 1) -> Wa
     z = z - np.median(z)
     best, shape, fitted = _fits(z, k)
     white, gaussian, solved = fitted.white, fitted.gaussian, fitted.solved
-    excluded = min(best.values()) - 2 * math.log(LEVEL) + rarer
+    excluded = min(best.values()) - 2 * math.log(UNEVEN if loud > OFTEN else LEVEL) + rarer
     none = _may_be_noise(best, rarer)
     if not none and loud > OFTEN:  # normal scores, among which a few extreme values are not far off
         none = _may_be_noise(_fits(ndtri((z.argsort().argsort() + 1) / (z.size + 1)), k)[0], rarer)
@@ -205,6 +206,9 @@ def signature(series: np.ndarray, frame_rate_hz: float, n_series: int = 1) -> Wa
     sure -= {"warm_up"} if shape.kinds >= LAWLESS else set()  # a constant is of one approach
     unsure = shape.separate and abs(shape.size(solved)) < SIZED * fitted.errors[shape.main]
     unsure |= shape.separate and any(k[a] - k[a - 1] > MOST_FREE + 1 for a in _places(shape))
+    unsure |= shape.separate and bool((_places(shape) < SETTLES).any())  # fast approaches, too
+    apart = np.diff(at) if "step" in shape.kinds else np.zeros(0)
+    unsure |= bool(((apart > 1.5 * block_s) & (apart < LASTING_S)).any())  # or one is slow
     if unsure or (not gaussian and all(noise not in FAST for _, noise in near)):
         # What it consists of may be, if it adds up, and so may what is beside it.
         sure -= sure if all(kinds & AT_ONCE for kinds, _ in near) else AT_ONCE

@@ -6,8 +6,8 @@ independent, those of all the others rather return, so the mean square of an inc
 at most twice that over T. A marker that is pushed, carried or put elsewhere does what such noise
 cannot, however far the noise wanders:
 
-* a jump: means before and after differ by far more than those of all other moments, against the
-  median of their deviations, which a few jumps do not touch;
+* a jump: means before and after differ by far more than those of all other moments, and of those
+  near, by the median of their deviations, which a few jumps do not touch;
 * it continues: increments over 2 T are larger than those of a random walk of the same T;
 * it comes far: the range within the horizon is many times that of a random walk of the steps seen.
 
@@ -31,6 +31,7 @@ from mocap_metrology.noise.series import AXES
 LEAST_BLOCKS = 100
 BLOCK_S = 0.25
 LASTS_S, MOST_TRIED = 15.0, 10
+NEAR = 8  # times SIDE, to each side, within which noise may be louder than elsewhere
 SIDE, BETWEEN = 16, 4  # blocks before and after a jump that are compared, and left out between
 JUMP_SIGMAS = 4.0  # of a frame: a smaller jump is none that a frame could show
 CELL, SMALL_CELL = 5, 3  # frames of a median, so that isolated outliers are removed
@@ -189,19 +190,25 @@ def _jump(blocks: np.ndarray, block_s: float, within: int, least: float) -> Move
         scale = MAD_TO_SIGMA * float(np.median(np.abs(steps[known])))
         # Of a walk of n blocks, in median deviations: of 10,000 of 100 the largest step reached 17,
         # of 300 9, of 4800 5.1
-        least_here = max((8.0 + 60.0 * (2 * SIDE + BETWEEN) / level.size) * scale, least)
+        times = 8.0 + 60.0 * (2 * SIDE + BETWEEN) / level.size
+        every = steps.copy()
         lasting = max(round(LASTS_S / (doubling * block_s)), SIDE)
         for _ in range(MOST_TRIED):
             at = int(np.argmax(np.abs(steps)))
             size = float(abs(steps[at]))
-            if size <= max(least_here, largest.size_mm):
+            if size <= max(times * scale, least, largest.size_mm):
                 break
+            far = np.abs(np.arange(steps.size) - at)
+            beside = every[known & (far > SIDE + BETWEEN) & (far < NEAR * SIDE)]
+            beside = np.abs(beside - np.median(beside)) if beside.size else np.zeros(1)
+            louder = MAD_TO_SIGMA * float(np.median(beside))
             start, end = at + SIDE, at + SIDE + BETWEEN
             before, after = level[max(start - lasting, 0) : start], level[end : end + lasting]
             left = np.sign(steps[at]) * (np.nanmedian(after) - np.nanmedian(before))
-            if left > size / 2:  # a shake returns
+            if left > size / 2 and size > times * louder:  # a shake returns
                 time = (at + SIDE + BETWEEN / 2) * doubling * block_s
-                largest = Movement(size, size - 1.96 * scale, size + 1.96 * scale, time)
+                reach = 1.96 * max(scale, louder)
+                largest = Movement(size, size - reach, size + reach, time)
                 break
             steps[max(at - lasting, 0) : at + lasting + 1] = 0.0
     return largest

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mocap_metrology.accuracy.bar import LEAST_SEEN, STATISTICS, Bar
+from mocap_metrology.accuracy.bar import STATISTICS, Bar
 from mocap_metrology.accuracy.bar_rows import bar_numbers, place_rows
 from mocap_metrology.accuracy.components import FEWEST
 from mocap_metrology.accuracy.findings import Finding
@@ -24,6 +24,7 @@ HEIGHT_MM, ROW_MM = 112.0, 9.0
 POINTS = 400  # of a cumulative curve
 MAPS, CELLS = 4, 16  # at most
 LEAST_FRAMES = 5  # of a square
+FEW_SEEN = 0.9  # of the frames, below which the share is told
 ROOM_MM, AROUND_MM = (75.0, 70.0), (14.0, 14.0)  # of all maps; of each for labels and title
 PARTS = {  # of the mean square: colour, and whether the letters on it are white
     "bias": ("#0d2a6b", True),
@@ -193,7 +194,7 @@ def bar_document(
     document = bar_numbers(bar, findings, settings, pair, **parts)
     document["reason"] = reason(document)
     document["sentences"] = sentences(document)
-    little = [render("bar.seen", seen=bar.seen)] if bar.seen < LEAST_SEEN else []
+    little = [render("bar.seen", seen=bar.seen)] if bar.seen < FEW_SEEN else []
     document["warnings"] = [*warnings, *little]
     return document
 

@@ -55,6 +55,7 @@ def _reason_of(word: str, checks: Sequence[Check], station: str, why_none: str) 
         return why_none or "No pose of the slave was found."
     say = partial(sentence, station=station)
     always = [say(c) for c in checks if c.case in (Case.LENGTH, Case.SCALE_OPEN)]
+    always += [say(c) for c in checks if c.case is Case.BOARD_POSES_HIGH and c.level == "good"]
     always += [
         say(c) for c in checks if c.case is Case.ROTOR_OPEN and not is_same(*_pose_distance(c))
     ]

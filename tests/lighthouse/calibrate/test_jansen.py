@@ -90,6 +90,8 @@ def test_a_station_that_sees_too_little_is_refused() -> None:
     few = own.hits.take((own.hits.station == 0) | (own.hits.diode < 3))
     with pytest.raises(Refusal, match=r"slave: 0 moments with both angles of four diodes"):
         calibrate(few, own.board, [None, None], IDEAL)
+    with pytest.raises(Refusal, match=r"master: 0 moments with both angles of four diodes"):
+        calibrate(few.take(np.array([], np.int64)), own.board, [None, None], IDEAL)
 
 
 def test_a_small_board_of_which_most_hits_are_lost() -> None:

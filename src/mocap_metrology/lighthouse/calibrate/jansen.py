@@ -89,7 +89,7 @@ def calibrate(
         )
         both = board_pose.well_posed(master, board), board_pose.well_posed(slave, board)
         measured[order] = both
-    if min(map(len, measured[smooth])) < FEWEST_POSES:  # most hits are lost
+    if len(hits) and min(map(len, measured[smooth])) < FEWEST_POSES:  # most hits are lost
         master, slave = views(hits, board)
         measured = dict.fromkeys(orders, (master, slave))
     for role, moments in zip(records.ROLES, measured[smooth], strict=True):

@@ -76,19 +76,6 @@ def test_an_open_scale_is_told_and_is_no_sign_of_a_wrong_pose(mm, share, expecte
     assert told.numbers["size"] == pytest.approx(100 * by_scale)
 
 
-@pytest.mark.parametrize(
-    ("misfit", "expected", "case", "ok"),
-    [(1.0, "good", Case.MISFIT_NONE, True), (1.5, "good", Case.MISFIT, False),
-     (3.0, "usable", Case.MISFIT, False)],
-)  # fmt: skip
-def test_a_small_misfit_is_told_and_in_sigma(misfit, expected, case, ok) -> None:
-    details = {"weighted_rms_urad": 60.0, "prior_p": 1.0, "misfit": misfit, "misfit_left": 1.0}
-    found = word(replace(POSE, estimator="batch", details=details))
-    told = next(check for check in found.checks if check.name == "pieces agree")
-    assert (found.word, told.case, told.ok) == (expected, case, ok)
-    assert ("Pieces of the recording deviate" in reason(found)) is not ok
-
-
 def test_single_board_poses_do_not_decide_where_none_is_used() -> None:
     """Reflections that `batch` gives no weight raise them."""
     batch = replace(POSE, estimator="batch", residual_rms_urad=60.0)

@@ -47,14 +47,16 @@ SAID = {  # numbers, and the cases whose sentences have these
     "4 mm, 0.05°": "HALVES RECORDINGS OBJECTS",
     "2, 20, 1, 6°": "IDEAL",
     "2.15 m, 20 m": "TOO_DISTANT",
-    "2.1 mm, 0.05°": "UNCERTAINTY UNCERTAINTY_ALL ROTOR_OPEN",
+    "2.1 mm, 0.05°": "UNCERTAINTY ROTOR_OPEN",
+    "2.1 mm, 0.05°, 0.7 %": "UNCERTAINTY_ALL",
     "2 µrad, 75, 20": "RESIDUAL",
     "2.15 mm, 0.05°": "STAGES STAGES_LOOSE STAGES_UNKNOWN OPTICS OPTICS_FAR REFERENCE",
     "4 mm, 0.05°, 12": "HALVES_APART HALVES_MISFIT HALVES_OPEN RECORDINGS_APART",
     "4 mm, 0.05°, 2.1": "OBJECTS_APART",
-    "2.1 mm, 0.05°, 42 %": "UNCERTAINTY_SCALE",
+    "2.1 mm, 0.05°, 42 %, 0.7 %": "UNCERTAINTY_SCALE",
 }  # fmt: skip
 NUMBERS = {"noise": 75.0, "times": 12.0, "mm": 4.0, "deg": 0.05, "percent": 42.0, "larger": 0.9}
+NUMBERS |= {"size": 0.7}
 WHY = {"master": "", "slave": "checksum wrong"}
 
 
@@ -73,7 +75,7 @@ def test_numbers_of_every_case() -> None:
     assert {case: numbers_in(sentence(check(case))) for case in Case} == expected
 
 
-ROUNDING = {"mm": 8.4e-12, "deg": 1.2e-13, "times": 0.1, "percent": 42.0}
+ROUNDING = {"mm": 8.4e-12, "deg": 1.2e-13, "times": 0.1, "percent": 42.0, "size": 0.7}
 COMPARED = [case for case, text in SENTENCES.items() if re.search("{(apart|about)}", text)]
 
 

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from mocap_metrology.lighthouse.assess.fit_checks import Case
 from mocap_metrology.lighthouse.assess.validation import Verdict, verdict
 from mocap_metrology.lighthouse.records import Factory, Halves, PoseEstimate, Station
+from mocap_metrology.present.text.calibration import reason
 
 R = Rotation.from_euler("ZYX", [-40, 8, 15], degrees=True).as_matrix()
 T = np.array([0.4, 2.1, -0.2])
@@ -57,6 +58,31 @@ def test_of_a_pose_and_its_recording(change, expected, case, numbers):
     found = word(replace(POSE, **own), **{k: v for k, v in change.items() if k not in own})
     assert found.word == expected
     decided(found, case, numbers)
+
+
+@pytest.mark.parametrize(
+    ("mm", "share", "expected"),
+    [(19.0, 0.0, "good"), (35.0, 0.0, "usable"), (35.0, 0.8, "good"), (70.0, 0.0, "doubtful"),
+     (70.0, 0.8, "usable"), (70.0, 1.0, "usable"), (190.0, 1.0, "doubtful")],
+)  # fmt: skip
+def test_an_open_scale_is_told_and_is_no_sign_of_a_wrong_pose(mm, share, expected) -> None:
+    """What remains without its share decides, of a share of 8/9 at most."""
+    covariance = np.diag([mm**2, 1, 1, 1e-4, 1e-4, 1e-4])
+    details = {"weighted_rms_urad": 60.0, "prior_p": 1.0, "scale_share": share}
+    found = word(replace(POSE, estimator="batch", covariance=covariance, details=details))
+    told = next(check for check in found.checks if check.name == "uncertainty")
+    assert found.word == expected and told.numbers["percent"] == 100 * share
+    by_scale = np.sqrt(share * (mm**2 + 2)) / (1e3 * np.linalg.norm(T))
+    assert told.numbers["size"] == pytest.approx(100 * by_scale)
+
+
+def test_single_board_poses_do_not_decide_where_none_is_used() -> None:
+    """Reflections that `batch` gives no weight raise them."""
+    batch = replace(POSE, estimator="batch", residual_rms_urad=60.0)
+    found = word(batch, board_rms_urad=700.0)
+    assert found.word == "good"
+    assert next(c for c in found.checks if c.name == "board poses").ok is False
+    assert "Angles of single board poses are 700" in reason(found)
 
 
 @pytest.mark.parametrize(

@@ -90,6 +90,21 @@ def test_a_station_that_sees_too_little_is_refused() -> None:
     few = own.hits.take((own.hits.station == 0) | (own.hits.diode < 3))
     with pytest.raises(Refusal, match=r"slave: 0 moments with both angles of four diodes"):
         calibrate(few, own.board, [None, None], IDEAL)
+    with pytest.raises(Refusal, match=r"master: 0 moments with both angles of four diodes"):
+        calibrate(few.take(np.array([], np.int64)), own.board, [None, None], IDEAL)
+
+
+def test_a_small_board_of_which_most_hits_are_lost() -> None:
+    """Between hits of a diode that are further apart."""
+    deck = np.array([[x, y, 0.0] for x in (-0.03, 0.03) for y in (-0.015, 0.015)])
+    own = scene(4, seconds=20.0, noise_rad=5e-5, board=deck)
+    kept = np.random.default_rng(4).random(len(own.hits)) < 0.45
+    settings = CalibrationSettings(optics=("ideal",), estimators=("batch", "paper-lm"))
+    found = calibrate(own.hits.take(kept), own.board, [None, None], settings)
+    best = pick(found, "batch", "final")
+    error = np.r_[1e3 * (best.t_m - own.t_m), np.degrees(rotation.error(best.R, own.R))]
+    assert best.covariance is not None
+    assert error @ np.linalg.solve(best.covariance, error) < 16.8  # of six, one in a hundred
 
 
 def test_stations_that_never_see_the_board_together() -> None:

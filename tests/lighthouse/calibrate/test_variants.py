@@ -1,5 +1,6 @@
 """Which variant of the rotor model a recording prefers; what others do to the covariance."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -42,6 +43,16 @@ def test_by_chance_alone_a_variant_is_hardly_ever_ruled_out() -> None:
         found = weigh([fit("a", noise(rng)), fit("b", noise(rng), 5.0)])
         ruled_out += any(w.standing == "worse" for w in found)
     assert ruled_out <= 4 + 3 * np.sqrt(4)
+
+
+@pytest.mark.parametrize(("odds", "standing"), [(150, "open"), (250, "worse")])
+def test_likelihoods_must_differ_by_the_same_odds(odds: float, standing: str) -> None:
+    """Errors that all stretches share make a gap that is alike in all of them, however small."""
+    loss = noise(np.random.default_rng(2), 30e-6)
+    gap = 2 * np.log(odds) * NOISE_RAD**2 / (8 * loss.size)
+    both = [fit("a", loss), fit("b", loss + gap)]
+    found = weigh([replace(one, variance=NOISE_RAD**2) for one in both])
+    assert [w.standing for w in found] == ["chosen", standing]
 
 
 FIRST = {"phase": [0.05, 0.0241], "tilt": [-0.0091, 0.0008], "curve": [-0.0038, -0.0055],

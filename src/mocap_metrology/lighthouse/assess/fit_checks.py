@@ -24,7 +24,7 @@ EXPECTED_URAD = 75.0  # with 38 by the two edges of a pulse at 2 MHz
 # interpolation of its path misses.
 RESIDUAL = {"static": (2.0, 3.0), "kabsch": (10.0, 40.0), "final": (5.0, 30.0)}
 RESIDUAL_BATCH = (1.4, 3.0)  # which interpolates nothing: sound ones reach 1.0
-WEIGHT_LOST = (0.08, 0.35)  # of hits: wrong sweeps, reflections, stretches that fit no trajectory
+WEIGHT_LOST = (0.15, 0.35)  # of hits: wrong sweeps, reflections, stretches that fit no trajectory
 PRIOR_P = (1e-2, 1e-8)
 UNNOTICED = 5.0  # standard deviations of a known length by which it can be wrong unnoticed
 SCALE_P = 1e-3  # the length or the board is not as stated, and gives the pose its scale
@@ -56,7 +56,8 @@ HALVES_M2 = (2**2 * CHI2_6, 5**2 * CHI2_6)
 # station moved by 5 mm 240, factory values of another station 24 to 720.
 HALVES_BATCH = (CHI2_6, 150.0)
 SIGMA = ((5.0, 0.1), (20.0, 0.5))  # mm, deg: largest axis
-SIGMA_BATCH = ((10.0, 0.3), (30.0, 1.0))  # errors of board and optics included
+SIGMA_BATCH = ((20.0, 0.5), (60.0, 2.0))  # errors of optics and of the board's places included
+MOST_SCALE = 8 / 9  # of the variance: it raises limits threefold at most
 FAR_M = 4.0  # from the reference: farther, an error of the scale in mm may grow with the distance
 USUAL_S, USUAL_LONGEST_S, SHORT_S = 8.0, 8.4, 4.0  # 8.389 s is the memory of J's board
 
@@ -171,7 +172,7 @@ def residual(chosen: PoseEstimate, noise: float) -> Check:
     if chosen.noise_gain > USUAL_GAIN:
         expected = noise * chosen.noise_gain / USUAL_GAIN
         numbers["made_by_poses"] = noise * chosen.noise_gain
-    exact = chosen.estimator == "batch" and chosen.stage == "final"
+    exact = weighs_hits(chosen)
     word, limit = graded(value / expected, RESIDUAL_BATCH if exact else RESIDUAL[chosen.stage])
     lost = chosen.weighted_rms_urad > WEIGHTED_FAILED * noise
     most = BATCH_FAILED if exact else RESIDUAL_FAILED
@@ -180,6 +181,11 @@ def residual(chosen: PoseEstimate, noise: float) -> Check:
     numbers["times"] = value / noise
     cases = Case.RESIDUAL, Case.RESIDUAL_HIGH
     return judged("residual", cases, value, "urad", (word, limit * expected), **numbers)
+
+
+def weighs_hits(chosen: PoseEstimate) -> bool:
+    """Whether a pose is of all hits of a moving board, by weights, not of single board poses."""
+    return chosen.estimator == "batch" and chosen.stage == "final"
 
 
 def _detail(chosen: PoseEstimate, name: str, default: float = math.nan) -> float:
@@ -313,16 +319,20 @@ def places_urad(places_m: float, range_m: float, n_diodes: int) -> float:
     return 1e6 * places_m / range_m * math.sqrt(float(chdtri(freedom, 1e-3)) / freedom)
 
 
-def board_poses(board_rms_urad: float | None, noise: float, by_places: float = 0.0) -> Check:
+def board_poses(
+    board_rms_urad: float | None, noise: float, by_places: float = 0.0, unused: bool = False
+) -> Check:
     """K_1 of single board poses: what a wrong board file or reflections raise, and motion or the
-    optics of the other station do not. by_places: as large as errors of the board make it."""
+    optics of the other station do not. by_places: as large as errors of the board make it; unused:
+    the pose is of none of them."""
     name = "board poses"
     if board_rms_urad is None:
         return unknown(name, Case.BOARD_POSES_NONE, "urad")
     both = math.hypot(noise, by_places)
     limits = BOARD[0] * both, max(BOARD[1] * noise, BOARD_PLACES * both)
     cases = Case.BOARD_POSES, Case.BOARD_POSES_HIGH
-    return judged(name, cases, board_rms_urad, "urad", graded(board_rms_urad, limits))
+    check = judged(name, cases, board_rms_urad, "urad", graded(board_rms_urad, limits))
+    return replace(check, level="good") if unused else check
 
 
 def path(chosen: PoseEstimate, span_m: float | None) -> Check:
@@ -335,7 +345,8 @@ def path(chosen: PoseEstimate, span_m: float | None) -> Check:
 
 
 def uncertainty(chosen: PoseEstimate) -> Check:
-    """The worst axes of the covariance."""
+    """The worst axes of the covariance. The share of the scale of the board, which the sentence
+    states, raises the limit: it is the same for every distance, and no sign of a wrong pose."""
     name = "uncertainty"
     if chosen.covariance is None:
         return unknown(name, Case.UNCERTAINTY_NONE, "mm")
@@ -346,12 +357,15 @@ def uncertainty(chosen: PoseEstimate) -> Check:
         return Check(name, case, mm, "mm", "finite", False, level, {"deg": deg})
     whole = chosen.estimator == "batch"
     far = max(float(np.linalg.norm(chosen.t_m)) / FAR_M, 1.0)
-    limits = [(far * most, angle) for most, angle in SIGMA_BATCH] if whole else SIGMA
+    limits: Sequence[tuple[float, float]] = SIGMA
     case, numbers = Case.UNCERTAINTY, {"deg": deg}
     if whole:
         share = _detail(chosen, "scale_share", 0.0)
+        far /= math.sqrt(1 - min(share, MOST_SCALE))
+        limits = [(far * most, angle) for most, angle in SIGMA_BATCH]
         case = Case.UNCERTAINTY_ALL if share < SCALE_SHARE else Case.UNCERTAINTY_SCALE
-        numbers["percent"] = 100 * share
+        of_scale_mm, far_m = math.sqrt(share) * np.linalg.norm(sd[:3]), np.linalg.norm(chosen.t_m)
+        numbers |= {"percent": 100 * share, "size": 0.1 * float(of_scale_mm / far_m)}
     return judged(name, (case, case), mm, "mm", worst(mm, deg, limits), **numbers)
 
 

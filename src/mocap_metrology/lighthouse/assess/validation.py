@@ -225,6 +225,7 @@ def verdict(
     doubted = misfit.case is Case.MISFIT_OPEN
     contradicted = doubted or priors.ok is False or halves.case is Case.HALVES_MISFIT
     unseen = fit_checks.optics_hidden(weighed, stations[0].generation)
+    of_poses = board_rms_urad, expected_urad, places_urad, fit_checks.weighs_hits(chosen)
     checks = (
         fit_checks.distance(chosen),
         fit_checks.residual(chosen, expected_urad),
@@ -237,7 +238,7 @@ def verdict(
         fit_checks.mirrored(chosen),
         fit_checks.motion(chosen),
         fit_checks.common_measurements(chosen, n_common),
-        fit_checks.board_poses(board_rms_urad, expected_urad, places_urad),
+        fit_checks.board_poses(*of_poses),
         fit_checks.path(chosen, span_m),
         *agreements(chosen, poses),
         gravity(chosen, stations),

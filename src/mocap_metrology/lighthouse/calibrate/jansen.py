@@ -29,6 +29,7 @@ from mocap_metrology.common.parallel import MapFunction, in_turn
 from mocap_metrology.lighthouse import records
 from mocap_metrology.lighthouse.calibrate import variants
 from mocap_metrology.lighthouse.calibrate.batch import solved
+from mocap_metrology.lighthouse.calibrate.network import views
 from mocap_metrology.lighthouse.calibrate.reconstruction import reconstruct
 from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, Scene, Sensors, faced, sightings
 from mocap_metrology.lighthouse.calibrate.scene import NAME as BATCH
@@ -88,6 +89,9 @@ def calibrate(
         )
         both = board_pose.well_posed(master, board), board_pose.well_posed(slave, board)
         measured[order] = both
+    if len(hits) and min(map(len, measured[smooth])) < FEWEST_POSES:  # most hits are lost
+        master, slave = views(hits, board)
+        measured = dict.fromkeys(orders, (master, slave))
     for role, moments in zip(records.ROLES, measured[smooth], strict=True):
         if len(moments) < FEWEST_POSES:
             raise Refusal(

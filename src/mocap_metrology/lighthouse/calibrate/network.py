@@ -33,6 +33,7 @@ FEWEST_MOMENTS = 10
 ORDER = 3  # of interpolation between moments
 STEP_S = 4 * CYCLE_S  # between moments: each axis of each station sweeps once
 LONGEST_GAP_S = 8.5 * CYCLE_S  # between hits of a diode: one may be missing, not two
+LONGER = (2, 4)  # times as long, where most hits are lost
 WRONG_RAD = 3e-3  # residual of a board pose with a reflection; of a hand that shakes it 1.3 mrad
 MOST_WRONG = 4  # diodes of a moment
 HERE: Pose = (np.eye(3), np.zeros(3))
@@ -42,10 +43,12 @@ Start = tuple[Hits, Trajectory, list[Pose]]
 
 def moments(hits: Hits, n_diodes: int, n_stations: int = 2) -> list[Measurements]:
     """Both angles of the diodes in each station's view at moments `STEP_S` apart, the same for all
-    stations, by cubic splines in time; NaN where a diode was not hit just before and after."""
+    stations, by cubic splines in time; NaN where a diode was not hit just before and after, or not
+    long before and after, if moments with four diodes then are more than twice as many."""
     count = max(int(np.ptp(hits.time_s) / STEP_S), 1)
     time = hits.time_s.min() + STEP_S * (0.5 + np.arange(count))
     angles = np.full((n_stations, count, n_diodes, 2), np.nan)
+    gap_s = np.full(angles.shape, np.inf)
     key = (hits.station * 2 + hits.axis).astype(np.int64) * n_diodes + hits.diode
     order = np.lexsort((hits.time_s, key))
     keys, first = np.unique(key[order], return_index=True)
@@ -55,11 +58,21 @@ def moments(hits: Hits, n_diodes: int, n_stations: int = 2) -> list[Measurements
             continue
         after = np.clip(np.searchsorted(at, time), 1, at.size - 1)
         inside = (time >= at[0]) & (time <= at[-1])
-        inside &= at[after] - at[after - 1] <= LONGEST_GAP_S
         station, axis, diode = k // n_diodes // 2, k // n_diodes % 2, k % n_diodes
         angles[station, inside, diode, axis] = CubicSpline(at, angle)(time[inside])
-    angles[~np.isfinite(angles).all(axis=3)] = np.nan
+        gap_s[station, inside, diode, axis] = (at[after] - at[after - 1])[inside]
+    for of_station, gap in zip(angles, gap_s.max(axis=3), strict=True):
+        longest, n = LONGEST_GAP_S, _full(gap <= LONGEST_GAP_S)
+        for times in LONGER:
+            if (more := _full(gap <= times * LONGEST_GAP_S)) > 2 * n:
+                longest, n = times * LONGEST_GAP_S, more
+        of_station[~(gap <= longest)] = np.nan
     return [Measurements(time, of_station) for of_station in angles]
+
+
+def _full(seen: np.ndarray) -> int:
+    """Moments (n, diodes) at which four diodes are seen."""
+    return int(np.count_nonzero(seen.sum(axis=1) >= FEWEST_DIODES))
 
 
 @dataclass(frozen=True)
@@ -109,13 +122,15 @@ def _without_wrong(measured: Measurements, board: np.ndarray, rotors: np.ndarray
     return measured if (~wrong).sum() < FEWEST_MOMENTS else measured.take(~wrong)
 
 
-def _views(scene: Scene) -> list[Measurements]:
+def views(hits: Hits, board: np.ndarray, n_stations: int = 2) -> list[Measurements]:
     """Moments at which a station sees four diodes that span a surface, of each."""
-    views = []
-    for measured in moments(scene.hits, len(scene.board), len(scene.factories)):
-        seen = measured.seen.sum(axis=1) >= FEWEST_DIODES
-        views.append(well_posed(measured.take(seen), scene.board))
-    return views
+    every = moments(hits, len(board), n_stations)
+    enough = (measured.seen.sum(axis=1) >= FEWEST_DIODES for measured in every)
+    return [well_posed(one.take(seen), board) for one, seen in zip(every, enough, strict=True)]
+
+
+def _views(scene: Scene) -> list[Measurements]:
+    return views(scene.hits, scene.board, len(scene.factories))
 
 
 def placed(scene: Scene) -> np.ndarray:

@@ -10,7 +10,9 @@ rest it is a diode of a station. Variant b is worse than the best variant a beyo
 
 (the test of Vuong 1989 for models that are not nested), and if the gap in all is larger than what
 even the best one leaves beyond `Fit.noise`: other errors of that size (lasers, diodes, the board)
-could imitate it, and being alike in all units they escape the test. Variants that are not ruled out
+could imitate it, and being alike in all units they escape the test. Of hits that share errors by
+direction (`batch.recording`), as of a board that stops at a few places, the likelihoods, their
+costs times the shares, must differ by the same odds as well. Variants that are not ruled out
 stay open: with k of them, and d_j the step from the pose taken to theirs, (sum d_j d_j^T) / (k + 1)
 joins the covariance: the second moment of a pose that is any of them with equal probability.
 
@@ -26,6 +28,7 @@ all, and the priors are the full ones: `batch` would give each the more freedom,
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, islice
@@ -76,6 +79,7 @@ HIT_RAD = 49e-6  # of an angle beyond its sweep, at most: 30 urad of a hit, 38 o
 # and boards leave 30 to 38.
 SWEEP_RAD = 53e-6 / np.sqrt(2)
 RULED_OUT = 0.995  # quantile of the t distribution: by chance one variant in 200
+ODDS = -2 * math.log(1 - RULED_OUT)  # of a likelihood ratio, by chance as rarely
 OUTLIER = 25.0  # times the median loss an angle
 FEWEST_MOMENTS = 20  # of both stations
 MOST_PAIRS = 6  # of four stations: each is one more estimate
@@ -86,7 +90,8 @@ class Fit:
     """A variant fitted: slave pose R, t (m), and what parts of the recording leave of it.
 
     loss (n,) in rad^2 an angle, angles (n,), unit (n,): which unit a part belongs to; noise (n,):
-    the loss that noise makes, rad^2 an angle.
+    the loss that noise makes, rad^2 an angle; variance: of an angle in rad^2, where the losses are
+    a likelihood, else 0.
     """
 
     variant: str
@@ -96,6 +101,7 @@ class Fit:
     angles: np.ndarray
     unit: np.ndarray
     noise: np.ndarray
+    variance: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -135,12 +141,13 @@ def weigh(fits: Sequence[Fit]) -> list[VariantFit]:
     total = sums.sum(axis=1)
     best = int(total.argmin())
     beyond_noise = max(total[best] - float(angles @ fits[best].noise[typical]), 0.0)
+    least = max(beyond_noise, ODDS * fits[best].variance)
     weighed = []
     for k, fit in enumerate(fits):
         gap, value, sure = sums[k] - sums[best], 0.0, False
         if units.size > 2:
             value = float(gap.mean() / max(gap.std(ddof=1) / np.sqrt(units.size), 1e-30))
-            sure = value > stdtrit(units.size - 1, RULED_OUT) and gap.sum() > beyond_noise
+            sure = value > stdtrit(units.size - 1, RULED_OUT) and gap.sum() > least
         standing = "chosen" if k == best else "worse" if sure else "open"
         rms = 1e6 * float(np.sqrt(total[k] / angles.sum()))
         weighed.append(VariantFit(fit.variant, standing, rms, value, fit.R, fit.t_m))
@@ -270,7 +277,7 @@ def weighed_stations(
 
 def _cost(solution: Joint) -> Floats:
     """Cost of each sweep; that of the priors is spread over all."""
-    costs = np.concatenate([one.plain().cost for one in solution.recordings])
+    costs = np.concatenate([one.weights().cost for one in solution.recordings])
     bends = sum(bend_cost(one.trajectory) for one in solution.recordings)
     return (
         costs
@@ -279,19 +286,24 @@ def _cost(solution: Joint) -> Floats:
 
 
 def _fit(name: str, solution: Joint, station: int) -> Fit:
-    """A unit is a stretch of time of a recording. Noise makes no more than `HIT_RAD` of a hit: a
-    larger one is of other errors."""
+    """A unit is a stretch of time of a recording, or all of one at rest. Noise makes no more than
+    `HIT_RAD` of a hit: a larger one is of other errors."""
     angles, unit, hit = [], [], []
     for k, one in enumerate(solution.recordings):
-        count, time = np.diff(one.sweeps.first), one.sweeps.hits.time_s[one.sweeps.first[:-1]]
+        first, share = one.sweeps.first[:-1], one.share
+        time = one.sweeps.hits.time_s[first]
+        count = np.diff(one.sweeps.first) if share is None else np.add.reduceat(share, first)
         angles.append(count)
-        unit.append(units_of(time, time.min(), time.max()) + k * BLOCKS)
+        still = one.trajectory.still
+        within = np.zeros(time.size) if still else units_of(time, time.min(), time.max())
+        unit.append(within + k * BLOCKS)
         hit.append(np.full(count.size, one.noise.hit))
     n, noise = np.concatenate(angles), np.concatenate(hit)
     loss = noise**2 * _cost(solution) / n
     expected = loss * np.minimum(1.0, (HIT_RAD / noise) ** 2)
-    state = solution.state
-    return Fit(name, state.R[station], state.t_m[station], loss, n, np.concatenate(unit), expected)
+    state, of_hits = solution.state, float(np.mean(noise**2))
+    pose = state.R[station], state.t_m[station]
+    return Fit(name, *pose, loss, n, np.concatenate(unit), expected, of_hits)
 
 
 def exchanged(scene: Scene, solution: Joint, stations: Sequence[Station]) -> tuple[str, ...]:

@@ -54,9 +54,9 @@ def _reason_of(word: str, checks: Sequence[Check], station: str, why_none: str) 
     if not checks:
         return why_none or "No pose of the slave was found."
     say = partial(sentence, station=station)
-    always = [say(c) for c in checks if c.case in (Case.LENGTH, Case.SCALE_OPEN)]
-    always += [
-        say(c) for c in checks if c.case is Case.ROTOR_OPEN and not is_same(*_pose_distance(c))
+    told = [c for c in checks if c.case is Case.LENGTH or (c.ok is False and c.level == "good")]
+    always = [
+        say(c) for c in told if c.case is not Case.ROTOR_OPEN or not is_same(*_pose_distance(c))
     ]
     if word == "good":
         passed = sum(c.ok is True for c in checks)

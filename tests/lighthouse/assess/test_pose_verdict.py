@@ -62,8 +62,8 @@ def test_of_a_pose_and_its_recording(change, expected, case, numbers):
 
 @pytest.mark.parametrize(
     ("mm", "share", "expected"),
-    [(19.0, 0.0, "good"), (35.0, 0.0, "usable"), (35.0, 0.8, "good"), (70.0, 0.0, "doubtful"),
-     (70.0, 0.8, "usable"), (70.0, 1.0, "usable"), (190.0, 1.0, "doubtful")],
+    [(9.5, 0.0, "good"), (18.0, 0.0, "usable"), (18.0, 0.8, "good"), (35.0, 0.0, "doubtful"),
+     (35.0, 0.8, "usable"), (35.0, 1.0, "usable"), (95.0, 1.0, "doubtful")],
 )  # fmt: skip
 def test_an_open_scale_is_told_and_is_no_sign_of_a_wrong_pose(mm, share, expected) -> None:
     """What remains without its share decides, of a share of 8/9 at most."""

@@ -56,7 +56,7 @@ HALVES_M2 = (2**2 * CHI2_6, 5**2 * CHI2_6)
 # station moved by 5 mm 240, factory values of another station 24 to 720.
 HALVES_BATCH = (CHI2_6, 150.0)
 SIGMA = ((5.0, 0.1), (20.0, 0.5))  # mm, deg: largest axis
-SIGMA_BATCH = ((20.0, 0.5), (60.0, 2.0))  # errors of optics and of the board's places included
+SIGMA_BATCH = ((10.0, 0.3), (30.0, 1.0))  # errors of board and optics included, but its scale
 MOST_SCALE = 8 / 9  # of the variance: it raises limits threefold at most
 FAR_M = 4.0  # from the reference: farther, an error of the scale in mm may grow with the distance
 USUAL_S, USUAL_LONGEST_S, SHORT_S = 8.0, 8.4, 4.0  # 8.389 s is the memory of J's board

@@ -20,6 +20,7 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 import uuid
@@ -205,12 +206,14 @@ def _leave(record: Path, new: bool) -> None:
 def unlock() -> None:
     """Have Snakemake clear the lock of a killed run, which would refuse this one and all later."""
     command = [sys.executable, "-m", "snakemake", "--unlock", *sys.argv[1:]]
-    for _ in range(TRIES):  # it may be killed itself
-        done = subprocess.run(command, capture_output=True, check=False, text=True)
-        if done.returncode >= 0:
-            break
-    if done.returncode:
-        sys.stderr.write(done.stderr)
+    with tempfile.TemporaryFile("w+") as words:  # no pipe, which would break if this run is killed
+        for _ in range(TRIES):  # it may be killed itself
+            done = subprocess.run(command, stdout=words, stderr=words, check=False)
+            if done.returncode >= 0:
+                break
+        if done.returncode:
+            words.seek(0)
+            sys.stderr.write(words.read())
 
 
 def clear_unfinished(results: Path, dead: Run) -> None:

@@ -255,3 +255,21 @@ def test_a_killed_unlock_is_typed_again(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     runs.unlock()
     assert (tmp_path / "unlocked").exists()
+
+
+def test_unlocking_goes_on_where_its_run_is_killed(tmp_path: Path) -> None:
+    """It writes, and what it writes to must not have gone with the run."""
+    (tmp_path / "snakemake.py").write_text(
+        "import os, pathlib, sys, time\n"
+        "os.kill(os.getppid(), 9)\n"
+        "time.sleep(0.5)\n"
+        "print('words', file=sys.stderr, flush=True)\n"
+        "pathlib.Path('unlocked').touch()\n"
+    )
+    paths = os.pathsep.join([str(tmp_path), str(Path(runs.__file__).parents[1])])
+    dies = [sys.executable, "-c", "from mocap_workflow import runs; runs.unlock()"]
+    subprocess.run(dies, cwd=tmp_path, env=environment() | {"PYTHONPATH": paths}, check=False)
+    end = time.monotonic() + 60
+    while not (tmp_path / "unlocked").exists():
+        assert time.monotonic() < end
+        time.sleep(0.05)

@@ -59,8 +59,7 @@ def rigid_clusters(position_mm: np.ndarray, cut_mm: float) -> list[Cluster]:
         apart = distances(some, (pairs[0][among], pairs[1][among]))
         seen = np.isfinite(apart).sum(axis=1) * step >= LEAST_FRAMES
         for k in np.flatnonzero(seen & ~_part_company(apart, cut_mm)):
-            spread[among[k]] = _spread(apart[k], cut_mm)
-            middle[among[k]] = np.nanmedian(apart[k])
+            spread[among[k]], middle[among[k]] = _spread_and_median(apart[k])
     twice = np.unique(pairs[1][(spread <= cut_mm) & (middle < SAME_MM)])
     spread[np.isin(pairs, twice).any(axis=0)] = 1e3 * cut_mm
     number = fcluster(linkage(spread, "complete"), cut_mm, "distance")
@@ -85,7 +84,7 @@ def _part_company(apart: np.ndarray, cut_mm: float) -> np.ndarray:
     return np.asarray((known >= FEW // 2) & (span > 4 * cut_mm))
 
 
-def _spread(apart: np.ndarray, cut_mm: float) -> float:
+def _spread_and_median(apart: np.ndarray) -> tuple[float, float]:
     known = np.isfinite(apart)
     values = np.sort(apart[known])
     low, middle, high = np.quantile(values, (0.025, 0.5, 0.975))
@@ -93,7 +92,7 @@ def _spread(apart: np.ndarray, cut_mm: float) -> float:
     blocks = (part[rows] for part, rows in zip(*parts, strict=True))
     off = max((abs(np.median(b) - middle) for b in blocks if b.size * 2 * PARTS >= apart.size),
               default=0.0)  # fmt: skip
-    return float(max((high - low) / 4, off / 4))
+    return float(max((high - low) / 4, off / 4)), float(middle)
 
 
 @dataclass(frozen=True)

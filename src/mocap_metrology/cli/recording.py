@@ -183,7 +183,7 @@ def _movement(entry: Entry, others: list[np.ndarray], label: str) -> float | Non
         return None
     rate = recording.frame_rate_hz
     ranges = [median_drift(axis.astype(float), rate).range for axis in position]
-    some = position[:, :: max(position.shape[1] // clean.SAMPLED, 1)].copy()
+    some = clean.some_frames(position)
     if not np.isfinite(ranges).all() or any(clean.are_one(some, one) for one in others):
         return None
     others.append(some)

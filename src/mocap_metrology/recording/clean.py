@@ -224,20 +224,23 @@ def clean(
     return results
 
 
+def some_frames(position_mm: np.ndarray) -> np.ndarray:
+    """Those of (..., n) that `are_one` needs."""
+    return position_mm[..., :: max(position_mm.shape[-1] // SAMPLED, 1)].copy()
+
+
 def are_one(first: np.ndarray, second: np.ndarray) -> bool:
     """Whether (3, n) in mm are of one marker, exported under two labels: nearer to each other than
     any two markers are."""
-    some = slice(None, None, max(first.shape[1] // SAMPLED, 1))
-    apart = np.linalg.norm(first[:, some] - second[:, some], axis=0)
+    apart = np.linalg.norm(first - second, axis=0)
     known = apart[np.isfinite(apart)]
     return bool(known.size) and float(np.median(known)) < SAME_MM
 
 
 def _refuse_one_marker(entry: Entry, recording: Recording) -> None:
     """Of two labels of one marker there is no distance, and no second opinion on its noise."""
-    for (a, first), (b, second) in combinations(
-        zip(recording.labels, recording.position_mm, strict=True), 2
-    ):
+    places = zip(recording.labels, some_frames(recording.position_mm), strict=True)
+    for (a, first), (b, second) in combinations(places, 2):
         if are_one(first, second):
             raise Refusal(
                 f"{Path(entry.paths[0]).name}: {a} and {b} are within {SAME_MM:g} mm of each other:"

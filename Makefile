@@ -114,14 +114,14 @@ s3: env  ## install what reads recordings in S3 (docs/cluster.md)
 	@$(CLEAN) VIRTUAL_ENV=.venv $(BIN)/uv pip install --quiet --require-hashes -r requirements/s3.txt
 
 benchmark: warm peers  ## compare run times with those of the peers
-	@$(RUN) python benchmarks/peers.py
-	@$(RUN) python benchmarks/noise_times.py
-	@$(RUN) python benchmarks/lighthouse_times.py
+	@$(RUN) python -m benchmarks.peers
+	@$(RUN) python -m benchmarks.noise_times
+	@$(RUN) python -m benchmarks.lighthouse_times
 
 accuracy: warm  ## measure by Monte Carlo how often findings are right; takes hours (docs/accuracy.md; one subject: make accuracy ARGS=lines)
 	@$(RUN) OMP_NUM_THREADS=1 python -m benchmarks.sentences $(ARGS)
-	@test -n "$(ARGS)" || $(RUN) python benchmarks/noise_monte_carlo.py
-	@test -n "$(ARGS)" || $(RUN) python benchmarks/failing_camera.py
+	@test -n "$(ARGS)" || $(RUN) python -m benchmarks.noise_monte_carlo
+	@test -n "$(ARGS)" || $(RUN) python -m benchmarks.failing_camera
 
 lock: .venv/.ready  ## recompile requirements/*.in
 	@cd requirements && for name in requirements uv peers docs s3; do \

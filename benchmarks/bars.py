@@ -1,4 +1,4 @@
-"""How often the intervals of a moving bar hold: python benchmarks/bars.py (about 4 minutes).
+"""How often the intervals of a moving bar hold: python -m benchmarks.bars (about 4 minutes).
 
 Simulated bars: place 0 to 4 mm, pass 0.5 or 1.5 mm, correlation over 15 or 150 frames, 3 or 10
 passes. For every statistic of `bar.csv`: how often its 95 % interval holds the expectation of a
@@ -43,11 +43,8 @@ def errors_of(place: float, offset: float, frames: int, room: int, n: int) -> li
 
 def passes_study(n: int) -> None:
     """Each statistic over passes."""
-    held, ahead = defaultdict(list), defaultdict(list)
-    of_one = defaultdict(list)
-    rooms = range(1, 1 + len(PLACES) * len(OFFSETS) * len(CORRELATIONS))
-    cases = product(PLACES, OFFSETS, CORRELATIONS)
-    for room, (place, offset, frames) in zip(rooms, cases, strict=True):
+    held, ahead, of_one = (defaultdict(list) for _ in range(3))
+    for room, (place, offset, frames) in enumerate(product(PLACES, OFFSETS, CORRELATIONS), start=1):
         errors = errors_of(place, offset, frames, room, n)
         for name, statistic in STATISTICS.items():
             positive = name != "mean"
@@ -56,24 +53,19 @@ def passes_study(n: int) -> None:
             for k in PASSES:
                 for start in range(0, n - k, k + 1):
                     found = repeated(every[start : start + k], positive)
-                    if name != "mean" or not place:  # whose expectation depends on the room
+                    if positive or not place:  # a mean whose expectation depends on the room
                         held[name, k].append(found.lower < truth < found.upper)
                     ahead[name, k].append(found.next_lower < every[start + k] < found.next_upper)
         if not place:  # the mean over the room is known
-            of_one[frames] += map(_of_one, errors_of(place, 0.0, frames, room, n))
+            for e in errors_of(place, 0.0, frames, room, n):
+                of_one[frames].append((half_interval(e), abs(np.nanmean(e))))
     print("statistic  passes  interval holds  next pass inside")
     for name, k in held:
         print(f"{name:9}  {k:6}  {np.mean(held[name, k]):14.1%}  {np.mean(ahead[name, k]):16.1%}")
     for frames, found in of_one.items():
-        printed = [one for one in found if one is not None]
-        share, holds = len(printed) / len(found), np.mean(printed) if printed else np.nan
+        half, error = np.array(found)[~np.isnan([half for half, _ in found])].T
+        share, holds = len(half) / len(found), np.mean(error < half) if len(half) else np.nan
         print(f"mean of one take, {frames} frames: interval in {share:.0%}, holds in {holds:.1%}")
-
-
-def _of_one(errors: np.ndarray) -> bool | None:
-    """Whether the interval of a take's mean holds the expectation; None without an interval."""
-    half = half_interval(errors)
-    return None if np.isnan(half) else bool(abs(np.nanmean(errors)) < half)
 
 
 def scale_study(n: int) -> None:
@@ -108,10 +100,9 @@ def statement_study(rooms: int, dates: int = 5) -> None:
             made = simulate_bar(BarTwin("study", bar, 1000 * room + k, 30.0, 50.0))
             takes.append(take_of(f"{k}", f"day {day}", 50.0, made.position_mm, 1e-3))
         for out in sorted({take.date for take in takes}):
-            stated = statements(
-                evaluate([t for t in takes if t.date != out], certificate, settings)
-            )
-            left = evaluate([t for t in takes if t.date == out], certificate, settings)
+            others, own = ([t for t in takes if (t.date == out) == of_it] for of_it in (0, 1))
+            stated = statements(evaluate(others, certificate, settings))
+            left = evaluate(own, certificate, settings)
             named = {one.name: one for one in (*left.classes, left.every)}
             for one in stated:
                 e = np.concatenate(named["all" if one.direction == ANY else one.direction].errors)
@@ -125,6 +116,7 @@ def statement_study(rooms: int, dates: int = 5) -> None:
 
 
 if __name__ == "__main__":
-    passes_study(int(sys.argv[1]) if len(sys.argv) > 1 else 400)
-    scale_study(int(sys.argv[1]) // 2 if len(sys.argv) > 1 else 200)
-    statement_study(int(sys.argv[1]) // 10 if len(sys.argv) > 1 else 40)
+    RUNS = int((*sys.argv[1:], "400")[0])
+    passes_study(RUNS)
+    scale_study(RUNS // 2)
+    statement_study(RUNS // 10)

@@ -1,6 +1,6 @@
 """Figure of docs/lighthouse.md: error of each recording against its Cramer-Rao bound.
 
-    python benchmarks/bound_figure.py docs/calibration_bound.csv docs/calibration_bound
+    python -m benchmarks.bound_figure docs/calibration_bound.csv docs/calibration_bound
 
 Ten setups of five recordings, the case "real noise" of `joint_calibration.py`, by `batch` and
 `paper-lm`. The table is read where it exists, otherwise measured and written.
@@ -10,17 +10,15 @@ from __future__ import annotations
 
 import csv
 import sys
-import tempfile
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 
+from benchmarks.joint_calibration import CASES, by_batch, recorded
+from benchmarks.poses import lengths, off
 from mocap_metrology.common.files import write_csv
-from mocap_metrology.lighthouse import rotation
-from mocap_metrology.lighthouse.calibrate.batch import joint
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
-from mocap_metrology.lighthouse.calibrate.scene import Scene
 from mocap_metrology.present.plot.curves import log_limits
 from mocap_metrology.present.plot.figure import (
     INK,
@@ -36,14 +34,11 @@ from mocap_metrology.present.plot.figure import (
     styled,
 )
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from benchmarks.joint_calibration import CASES, UNITS, bound, decoded
-
 SETUPS, RECORDINGS = 10, 5
 CASE = CASES["real noise"]
 SETTINGS = CalibrationSettings(estimators=["paper-lm"], optics=["factory"], variant="crazyflie")
 LOOK = {"batch": LOOKS["x"], "paper-lm": LOOKS["y"]}
-PARTS = {"mm": ("Position", slice(3)), "deg": ("Rotation", slice(3, 6))}
+PARTS = {"mm": "Position", "deg": "Rotation"}
 WIDTH = 0.17  # of a recording, in setups
 HEIGHT_MM = 150.0
 
@@ -52,26 +47,17 @@ Rows = list[dict[str, float]]
 
 def measured(setup: int, recording: int) -> dict[str, float]:
     """Lengths of the error vectors by both estimators, and roots of the traces of the bound."""
-    made = CASE.made(setup, recording)
-    with tempfile.TemporaryDirectory() as folder:
-        given = decoded(made, made.truth.board, Path(folder))
+    made, given = recorded(CASE, setup, recording)
+    error, _, least, _ = by_batch(CASE, made, given)
     factories = [station.factory for station in given.stations]
-    scene = Scene(given.hits, given.board, CASE.optics, factories, None, "crazyflie", CASE.priors)
-    found, _ = joint(scene)
     others = calibrate(given.hits, given.board, factories, SETTINGS).estimates
     final = next(pose for pose in others if pose.stage == "final")
-    R, t = made.truth.R, made.truth.t_optical_m
-    errors = {
-        "batch": np.r_[found.state.t_m[1] - t, rotation.error(found.state.R[1], R)],
-        "paper-lm": np.r_[final.t_m - t, rotation.error(final.R, R)],
-    }
-    least = bound(found, CASE.bound, CASE.noise) * np.outer(UNITS, UNITS)
+    traces = np.add.reduceat(np.diag(least), [0, 3])
     row: dict[str, float] = {"setup": setup, "recording": recording}
-    for unit, (_, own) in PARTS.items():
-        row[f"bound_{unit}"] = round(float(np.sqrt(np.trace(least[own, own]))), 5)
-        for name, error in errors.items():
-            value = float(np.linalg.norm((error * UNITS)[own]))
-            row[f"{name}_{unit}"] = round(value, 5)
+    for k, unit in enumerate(PARTS):
+        row[f"bound_{unit}"] = round(float(np.sqrt(traces[k])), 5)
+        row[f"batch_{unit}"] = round(lengths(error)[k], 5)
+        row[f"paper-lm_{unit}"] = round(lengths(off(made, final))[k], 5)
     return row
 
 
@@ -81,7 +67,7 @@ def column(rows: Rows, name: str) -> np.ndarray:
 
 def draw(axes: Axes, rows: Rows, unit: str) -> None:
     """Errors and bound of each recording, side by side within its setup."""
-    panel_title(axes, PARTS[unit][0])
+    panel_title(axes, PARTS[unit])
     at = 1 + column(rows, "setup") + WIDTH * (column(rows, "recording") - (RECORDINGS - 1) / 2)
     shown = [least := column(rows, f"bound_{unit}")]
     for k, (name, look) in enumerate(LOOK.items()):

@@ -1,6 +1,6 @@
 """What a change did to every number: two folders of results, file by file.
 
-    python benchmarks/compare_results.py BEFORE AFTER [--relative 1e-12]
+    python -m benchmarks.compare_results BEFORE AFTER [--relative 1e-12]
 
 Text (CSV, JSON, YAML, XML, Markdown, HTML, SVG) is cut into numbers and what stands between them:
 the numbers may differ by the relative tolerance, everything else must be the same. Parquet is

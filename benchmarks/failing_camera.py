@@ -1,15 +1,13 @@
 """How often a camera twice as noisy as the others is found, and how often a sound one is blamed.
 
-    python benchmarks/failing_camera.py                # 100 twins a line, six minutes
-    python benchmarks/failing_camera.py --series 20    # whole recordings only, of ten minutes
+    python -m benchmarks.failing_camera [--twins 100]    # six minutes
 
 Truth: ten cameras of one type (optics of Skurowski & Pawlyta 2019, Table 2) at random places round
 a hall of 9 x 5 x 3 m, whose geometry scatters ln(n h_0) of x, y and z by at least 0.3 over the
 subsets (S, Tables A1-A3: about 0.3 to 0.7). Centroid noise differs from camera to camera by a
-factor exp(N(0, spread)); one camera has twice that. The first kind of run draws the covariances of
-the subsets' positions from their sampling distribution (Wishart, degrees of freedom of the Allan
-variance at one frame); the second simulates centroids frame by frame, with a common random walk of
-the markers, and a failing camera whose extra noise is white or correlated (T_c = 0.3 s).
+factor exp(N(0, spread)); one camera has twice that. The covariances of the subsets' positions are
+drawn from their sampling distribution (Wishart, degrees of freedom of the Allan variance at one
+frame).
 
 Printed as Markdown, per 100: `found`, the noisy camera, or the set added at once that holds it, is
 named and nothing else; `itself`, by its own id; `blamed`, of sound systems in which anything is
@@ -20,24 +18,14 @@ in which any addition is said to raise the noise.
 from __future__ import annotations
 
 import argparse
-import os
-import sys
-
-os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
 
+from benchmarks import head, line
 from mocap_metrology.noise.allan.confidence import equivalent_dof
-from mocap_metrology.noise.cameras.diagnosis import (
-    N_BLOCKS,
-    Addition,
-    Moments,
-    additions,
-    diagnose,
-    moments,
-)
+from mocap_metrology.noise.cameras.diagnosis import N_BLOCKS, Addition, Moments, additions, diagnose
 from mocap_metrology.noise.cameras.findings import addition_rows, noisy, raising_additions
-from mocap_metrology.noise.twins.take import Facility, joint_covariance, positions, random_facility
+from mocap_metrology.noise.twins.take import Facility, joint_covariance, random_facility
 
 RATE_HZ, RISE, NOISY = 120.0, 0.05, 1.5
 CAMERAS, LEAST_SCATTER = 10, 0.3
@@ -127,32 +115,6 @@ def drawn(
     return Moments((1 / RATE_HZ,), sums, np.ones(sums.shape[:4]))
 
 
-def simulated(
-    rng: np.random.Generator,
-    system: Facility,
-    noise_px: np.ndarray,
-    extra_px: np.ndarray,
-    subsets: Subsets,
-    found: list[Addition],
-    duration_s: float,
-) -> Moments:
-    """Moments of whole recordings; extra_px: correlated noise of each camera."""
-    from scipy.signal import lfilter
-
-    n = round(duration_s * RATE_HZ)
-    kept = np.exp(-1 / (0.3 * RATE_HZ))
-    recordings = {}
-    for marker in range(2):
-        pixels = rng.standard_normal((CAMERAS, 2, n)) * noise_px[:, None, None]
-        for k in np.flatnonzero(extra_px):
-            white = rng.standard_normal((2, n)) * np.sqrt(1 - kept**2)
-            pixels[k] += extra_px[k] * lfilter([1.0], [1.0, -kept], white, axis=1)
-        moved = np.cumsum(rng.standard_normal((3, n)), axis=1) * 1e-4
-        for name, ids in subsets.items():
-            recordings[name, marker + 1] = moved + positions(system, marker, pixels, ids)
-    return moments(found, lambda name, marker: recordings[name, marker], 2, RATE_HZ, n)
-
-
 def told(found: list[Addition], subsets: Subsets, values: Moments) -> tuple[list, list]:
     """Sets of ids named as noisy, and sets whose addition raised the noise, greatest first."""
     rows = addition_rows("", found, subsets, ("1", "2"), diagnose(values, found, subsets), RISE)
@@ -160,69 +122,31 @@ def told(found: list[Addition], subsets: Subsets, values: Moments) -> tuple[list
     return tuple([{int(i) for i in s.split(";")} for s in own] for own in sets)
 
 
-class Count:
-    """Of twins with a noisy camera, and of sound ones."""
-
-    def __init__(self) -> None:
-        self.n = self.found = self.itself = self.up = self.blamed = self.false_rise = 0
-
-    def noisy(self, bad: int, named: list, rises: list) -> None:
-        hit = bool(named) and all(bad in ids for ids in named)
-        self.n += 1
-        self.found += hit
-        self.itself += hit and named[0] == {bad}
-        self.up += bool(rises) and bad in rises[0]
-
-    def sound(self, named: list, rises: list) -> None:
-        self.blamed += bool(named)
-        self.false_rise += bool(rises)
-
-    def shown(self) -> list[str]:
-        share = [100 * k / self.n for k in (self.found, self.itself, self.blamed, self.up)]
-        return [f"{v:.0f}" for v in (*share, 100 * self.false_rise / self.n)]
-
-
 def run(name: str, twins: int, seed: int, duration: str, spread: float) -> list[list[str]]:
+    """A line for each place of the noisy camera."""
     _, subsets, shared, places = next(s for s in SCENARIOS if s[0] == name)
     found = additions(subsets)
     rng = np.random.default_rng([seed, round(1000 * spread), len(duration), len(name)])
-    sound = Count()
-    lines = []
-    for _ in range(twins):
+
+    def taken(bad: list[int]) -> tuple[list, list, int]:
+        """What is told of a take, one of these cameras noisy; and which."""
         system, levels = facility(rng), np.exp(rng.normal(0, spread, CAMERAS))
+        camera = int(rng.choice(bad)) if bad else -1
+        levels[camera] *= 2 if bad else 1
         values = drawn(rng, system, levels, subsets, found, shared, DURATIONS[duration])
-        sound.sound(*told(found, subsets, values))
-    for place, ids in places.items():
-        count = Count()
-        count.blamed, count.false_rise = sound.blamed, sound.false_rise
-        for _ in range(twins):
-            system, levels = facility(rng), np.exp(rng.normal(0, spread, CAMERAS))
-            bad = int(rng.choice(ids))
-            levels[bad] *= 2
-            values = drawn(rng, system, levels, subsets, found, shared, DURATIONS[duration])
-            count.noisy(bad, *told(found, subsets, values))
-        lines.append([name, place, duration, f"{100 * spread:.0f} %", *count.shown()])
-    return lines
+        return *told(found, subsets, values), camera
 
-
-def run_series(twins: int, seed: int) -> list[list[str]]:
+    sound = [taken([]) for _ in range(twins)]
+    blamed, false_rise = (np.mean([bool(one[k]) for one in sound]) for k in (0, 1))
     lines = []
-    found = additions(PAPER)
-    for kind in ("white", "correlated"):
-        rng = np.random.default_rng([seed, len(kind)])
-        count = Count()
-        for _ in range(twins):
-            for bad in (None, int(rng.integers(CAMERAS))):
-                system, levels = facility(rng), 0.05 * np.exp(rng.normal(0, 0.1, CAMERAS))
-                extra = np.zeros(CAMERAS)
-                if bad is not None and kind == "white":
-                    levels[bad] *= 2
-                elif bad is not None:
-                    extra[bad] = levels[bad]
-                values = simulated(rng, system, levels, extra, PAPER, found, 600.0)
-                named, rises = told(found, PAPER, values)
-                count.sound(named, rises) if bad is None else count.noisy(bad, named, rises)
-        lines.append([f"recordings, noise {kind}", "any", "10 min", "10 %", *count.shown()])
+    for place, ids in places.items():
+        takes = [taken(ids) for _ in range(twins)]
+        hits = [bool(named) and all(bad in own for own in named) for named, _, bad in takes]
+        itself = [hit and one[0][0] == {one[2]} for hit, one in zip(hits, takes, strict=True)]
+        raised = np.mean([bool(rises) and bad in rises[0] for _, rises, bad in takes])
+        shares = (np.mean(hits), np.mean(itself), blamed, raised, false_rise)
+        per_100 = [f"{100 * share:.0f}" for share in shares]
+        lines.append([name, place, duration, f"{100 * spread:.0f} %", *per_100])
     return lines
 
 
@@ -232,30 +156,22 @@ HEAD = (
 )
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--twins", type=int, default=100, help="a line")
-    parser.add_argument("--series", type=int, default=0, help="whole recordings a line, alone")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--subsets", default="", help="only those whose name begins so")
-    given = parser.parse_args()
-    rng = np.random.default_rng(given.seed)
-    spread = np.percentile([scatter(facility(rng)) for _ in range(200)], [5, 50, 95])
+def main(twins: int) -> None:
+    rng = np.random.default_rng(1)
+    low, middle, high = np.percentile([scatter(facility(rng)) for _ in range(200)], [5, 50, 95])
     print(
-        f"sd of ln(n h_0) over the subsets: median {spread[1]:.2f}, "
-        f"5 to 95 %: {spread[0]:.2f} to {spread[2]:.2f}\n"
+        f"sd of ln(n h_0) over the subsets: median {middle:.2f}, "
+        f"5 to 95 %: {low:.2f} to {high:.2f}\n"
     )
-    print("| " + " | ".join(HEAD) + " |\n|" + "---|" * len(HEAD), flush=True)
-    if given.series:
-        for line in run_series(given.series, given.seed):
-            print("| " + " | ".join(line) + " |", flush=True)
-        return
-    for name in (s[0] for s in SCENARIOS if s[0].startswith(given.subsets)):
+    head(*HEAD)
+    for name, *_ in SCENARIOS:
         for duration in DURATIONS:
             for width in SPREADS:
-                for line in run(name, given.twins, given.seed, duration, width):
-                    print("| " + " | ".join(line) + " |", flush=True)
+                for cells in run(name, twins, 1, duration, width):
+                    line(*cells)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--twins", type=int, default=100, help="a line")
+    main(parser.parse_args().twins)

@@ -1,7 +1,7 @@
 """Gain by gyroscope and accelerometer in calibration and tracking, by Monte Carlo.
 
-    python benchmarks/inertial.py [--setups 10] [--recordings 4]
-    python benchmarks/inertial.py --real lh1_test_cal.rec.gz --objects HMD T20
+    python -m benchmarks.inertial [--setups 10] [--recordings 4]
+    python -m benchmarks.inertial --real lh1_test_cal.rec.gz
 
 Recordings as those of joint_calibration.py, calibrated by `batch` from the light alone and with a
 gyroscope and an accelerometer on the board: white noise of 0.01 deg/s and 300 ug per root of 1 Hz,
@@ -15,19 +15,14 @@ light alone, with their sensors, and with the way up that the stations transmit.
 from __future__ import annotations
 
 import argparse
-import os
-
-os.environ.setdefault("OMP_NUM_THREADS", "1")
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
 import tempfile
 import time
-from pathlib import Path
 
 import numpy as np
-from joint_calibration import DECK, UNITS, ZEROS, decoded, real
-from scipy.stats import chi2
 
+from benchmarks import head, line
+from benchmarks.joint_calibration import DECK, ZEROS, real
+from benchmarks.poses import UNITS, decoded, held, mahalanobis, off_joint
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.batch.estimate import Joint
@@ -44,9 +39,10 @@ BOARDS = {"32 diodes, 240 x 160 mm": {}, "four diodes, 30 x 15 mm": {"board": DE
 END_S = 0.2  # of a trajectory, which few hits determine
 
 
-def both(made: SimulatedSweeps, seed: int, folder: Path) -> list[np.ndarray] | None:
+def both(made: SimulatedSweeps, seed: int) -> list[np.ndarray] | None:
     """A row of numbers from the light alone, and one with the sensors."""
-    given = decoded(made, made.truth.board, folder)
+    with tempfile.TemporaryDirectory() as folder:
+        given = decoded(made, made.truth.board, folder)
     rng = np.random.default_rng([17, seed])
     series = sensed(made.truth.motion, up_of(made.twin), SENSORS, made.twin.duration_s, rng)
     factories, rows = [station.factory for station in given.stations], []
@@ -64,12 +60,11 @@ def both(made: SimulatedSweeps, seed: int, folder: Path) -> list[np.ndarray] | N
 
 def numbers(found: Joint, made: SimulatedSweeps) -> np.ndarray:
     """Squared errors and variances of position and rotation, m2, errors of the board."""
-    state, truth = found.state, made.truth
-    error = np.r_[state.t_m[1] - truth.t_optical_m, rotation.error(state.R[1], truth.R)] * UNITS
+    error = off_joint(made, found)
     C = found.pose_covariance() * np.outer(UNITS, UNITS)
     time_s = np.arange(END_S, made.twin.duration_s - END_S, 0.01)
     R, p = found.recordings[0].trajectory.poses(time_s)
-    R_true, p_true = truth.motion.poses(time_s)
+    R_true, p_true = made.truth.motion.poses(time_s)
     turn = rotation.log(R @ np.swapaxes(R_true, 1, 2))
     squares = [error[:3] @ error[:3], error[3:] @ error[3:]]
     variances = [np.trace(C[:3, :3]), np.trace(C[3:, 3:])]
@@ -77,7 +72,7 @@ def numbers(found: Joint, made: SimulatedSweeps) -> np.ndarray:
         np.sqrt(np.mean(np.sum(x**2, axis=1))) * unit
         for x, unit in ((p - p_true, 1e3), (turn, 180 / np.pi))
     ]
-    return np.r_[squares, variances, error @ np.linalg.solve(C, error), of_board]
+    return np.r_[squares, variances, mahalanobis(error, C), of_board]
 
 
 def at_rest(path: str, name: str) -> None:
@@ -96,46 +91,39 @@ def at_rest(path: str, name: str) -> None:
         scene = Scene(given.hits, given.board, *how, sensors=sensors)
         sd = np.sqrt(np.diag(joint(scene, (master, slave))[0].pose_covariance())) * UNITS
         cells = " / ".join(f"{x:.1f}" for x in sd[:3]), " / ".join(f"{x:.2f}" for x in sd[3:])
-        print(f"| {name} | {data} | {cells[0]} | {cells[1]} |", flush=True)
+        line(name, data, *cells)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    parser.add_argument("--setups", type=int, default=10)
-    parser.add_argument("--recordings", type=int, default=4, help="of each setup")
-    parser.add_argument("--real", help="libsurvive recording of objects at rest")
-    parser.add_argument("--objects", nargs="+", default=["HMD", "T20"])
-    given = parser.parse_args()
-    if given.real:
-        print("| object | data | stated: x / y / z mm | about x / y / z deg |\n" + "|---" * 4 + "|")
-        for name in given.objects:
-            at_rest(given.real, name)
-        return
-    print(
-        "| board | data | converged | rms error of the slave: mm, deg | stated: mm, deg |"
-        " 68 %, 95 % ellipsoids hold, % | rms error of the board: mm, deg | CPU s |"
+def simulated(setups: int, recordings: int) -> None:
+    """A line for each board and choice of data."""
+    head(
+        *("board", "data", "converged", "rms error of the slave: mm, deg", "stated: mm, deg"),
+        *("68 %, 95 % ellipsoids hold, %", "rms error of the board: mm, deg", "CPU s"),
     )
-    print("|---" * 8 + "|")
     for board, more in BOARDS.items():
-        with tempfile.TemporaryDirectory() as folder:
-            rows = [
-                both(real(s, k, **more), 100 * s + k, Path(folder))
-                for s in range(given.setups)
-                for k in range(given.recordings)
-            ]
+        pairs = [(s, k) for s in range(setups) for k in range(recordings)]
+        rows = [both(real(s, k, **more), 100 * s + k) for s, k in pairs]
         used = np.array([row for row in rows if row is not None])
         for data, own in zip(("light", "and sensors"), np.moveaxis(used, 1, 0), strict=True):
             rms = np.sqrt(own[:, :4].mean(axis=0))
-            inside = [100 * np.mean(own[:, 4] < chi2.ppf(p, 6)) for p in (0.68, 0.95)]
+            inside = held(own[:, 4])
             mm, deg, cpu = np.median(own[:, 5:], axis=0)
-            print(
-                f"| {board} | {data} | {len(used)} of {len(rows)} | {rms[0]:.2f}, {rms[1]:.3f} |"
-                f" {rms[2]:.2f}, {rms[3]:.3f} | {inside[0]:.0f}, {inside[1]:.0f} |"
-                f" {mm:.2f}, {deg:.3f} | {cpu:.2f} |",
-                flush=True,
+            line(
+                *(board, data, f"{len(used)} of {len(rows)}", f"{rms[0]:.2f}, {rms[1]:.3f}"),
+                *(f"{rms[2]:.2f}, {rms[3]:.3f}", f"{inside[0]:.0f}, {inside[1]:.0f}"),
+                *(f"{mm:.2f}, {deg:.3f}", f"{cpu:.2f}"),
             )
 
 
 if __name__ == "__main__":
-    main()
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--setups", type=int, default=10)
+    parser.add_argument("--recordings", type=int, default=4, help="of each setup")
+    parser.add_argument("--real", help="libsurvive recording of the objects HMD and T20 at rest")
+    asked = parser.parse_args()
+    if asked.real:
+        head("object", "data", "stated: x / y / z mm", "about x / y / z deg")
+        for name in ("HMD", "T20"):
+            at_rest(asked.real, name)
+    else:
+        simulated(asked.setups, asked.recordings)

@@ -1,8 +1,8 @@
 """Accuracy and coverage of the estimator `batch` by Monte Carlo.
 
-    python benchmarks/joint_calibration.py accuracy [--setups 10] [--recordings 5]
-    python benchmarks/joint_calibration.py coverage [--setups 40] [--recordings 5]
-    python benchmarks/joint_calibration.py setups [--setups 10] [--recordings 5]
+    python -m benchmarks.joint_calibration accuracy [--setups 10] [--recordings 5]
+    python -m benchmarks.joint_calibration coverage [--setups 40] [--recordings 5]
+    python -m benchmarks.joint_calibration setups [--setups 10] [--recordings 5]
 
 Each recording is drawn, written as a dump of 2 MHz, decoded and calibrated. Boards are 2 to 6 m
 from both stations, stations 1 to 4 m apart, speeds 0.15 to 1 m/s, with tremor. The Cramer-Rao bound
@@ -14,23 +14,16 @@ whose boards are up to 0.7 m from one place, with factory values and without.
 from __future__ import annotations
 
 import argparse
-import os
-
-os.environ.setdefault("OMP_NUM_THREADS", "1")
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
-from scipy.stats import chi2
 
+from benchmarks import head, line
+from benchmarks.poses import UNITS, decoded, held, mahalanobis, off, off_joint
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.common.files import write_csv
-from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.batch import solve
 from mocap_metrology.lighthouse.batch import view as views
 from mocap_metrology.lighthouse.batch.estimate import Joint
@@ -39,9 +32,9 @@ from mocap_metrology.lighthouse.calibrate.batch import joint
 from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, Scene
 from mocap_metrology.lighthouse.calibrate.setup import by_setup
 from mocap_metrology.lighthouse.calibrate.variants import AUTO
-from mocap_metrology.lighthouse.decode.chain import Decoded, decode
+from mocap_metrology.lighthouse.decode.chain import Decoded
 from mocap_metrology.lighthouse.records import Factory
-from mocap_metrology.lighthouse.simulate.recording import SimulatedSweeps, simulate, write_dump
+from mocap_metrology.lighthouse.simulate.recording import SimulatedSweeps, simulate
 from mocap_metrology.lighthouse.simulate.twin import (
     BoardTwin,
     FactoryValues,
@@ -50,7 +43,6 @@ from mocap_metrology.lighthouse.simulate.twin import (
     StationTwin,
 )
 
-UNITS = np.r_[np.full(3, 1e3), np.full(3, 180 / np.pi)]
 REAL = {"common_urad": 53.0, "independent_urad": 30.0, "flash_rise_us": 0.6}
 # Of a hit at 2 MHz: 42.5 urad by two edges whose errors are related (37 to 45 by distance; 38 if
 # they were independent), with jitter 52.
@@ -132,29 +124,39 @@ class Case:
     board: Callable[[np.ndarray, np.random.Generator], np.ndarray] = lambda board, _: board
 
 
+def both(factories: list[Factory], depths_m: Iterable[float] = ()) -> dict[str, object]:
+    """Fields of master and slave; depths_m: between the lasers of each."""
+    fields: list[dict[str, object]] = [{"factory": factory} for factory in factories]
+    for own, d in zip(fields, depths_m, strict=False):
+        own["lasers_m"] = ((d / 2, 0.0, 0.0), (-d / 2, 0.0, 0.0))
+    return dict(zip(("master", "slave"), fields, strict=True))
+
+
 def real(setup: int, recording: int, **more: object) -> SimulatedSweeps:
     """Rotors as real ones, with real noise."""
     rng = np.random.default_rng([11, setup])
-    both = {"master": {"factory": rotors(rng)}, "slave": {"factory": rotors(rng)}}
-    return simulate(twin(setup, recording, **REAL | both | more))
+    return simulate(twin(setup, recording, **REAL | both([rotors(rng), rotors(rng)]) | more))
+
+
+def lasers_apart(setup: int) -> dict[str, object]:
+    """Fields of the stations of `real`, lasers 5 mm off in depth."""
+    rng = np.random.default_rng([11, setup])
+    return both([rotors(rng), rotors(rng)], (0.01, -0.01))
 
 
 def drawn(setup: int, recording: int) -> SimulatedSweeps:
     """With laser depths and phases drawn from their priors; the flashes carry other phases."""
     rng = np.random.default_rng([12, setup, recording])
-    lasers = [((d / 2, 0.0, 0.0), (-d / 2, 0.0, 0.0)) for d in rng.normal(0, 0.01, 2)]
-    phases = [Factory(phase=rng.normal(0, 1e-3, 2)) for _ in lasers]
-    master, slave = (
-        {"factory": phase, "lasers_m": own} for phase, own in zip(phases, lasers, strict=True)
-    )
-    return simulate(twin(setup, recording, **REAL, master=master, slave=slave))
+    depths = rng.normal(0, 0.01, 2)
+    phases = [Factory(phase=rng.normal(0, 1e-3, 2)) for _ in depths]
+    return simulate(twin(setup, recording, **REAL | both(phases, depths)))
 
 
 def zeros(setup: int, recording: int) -> SimulatedSweeps:
     """With a time zero of each station and axis from its prior, as a phase that is not known."""
-    rng, own = np.random.default_rng([14, setup, recording]), REAL | {"flash_rise_us": 0.0}
-    both = [{"factory": Factory(phase=rng.normal(0, ZEROS.time_zero_rad, 2))} for _ in range(2)]
-    return simulate(twin(setup, recording, **own, master=both[0], slave=both[1]))
+    rng = np.random.default_rng([14, setup, recording])
+    phases = [Factory(phase=rng.normal(0, ZEROS.time_zero_rad, 2)) for _ in range(2)]
+    return simulate(twin(setup, recording, **REAL | both(phases) | {"flash_rise_us": 0.0}))
 
 
 def off_board(board: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -162,23 +164,20 @@ def off_board(board: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     return (board + 2e-4 * rng.normal(size=board.shape)) * (1 + 1e-3 * rng.normal())
 
 
+def exact(simulated: Callable[[int, int], SimulatedSweeps]) -> Case:
+    """Default priors for the estimate, board and optics exactly known for the bound."""
+    return Case(simulated, REAL_NOISE, ZEROS, Priors())
+
+
 CASES = {
     "ideal lasers, quantisation": Case(
         lambda s, r: simulate(twin(s, r)), IDEAL_NOISE, EXACT, Priors(), "ideal"
     ),
-    "real noise": Case(real, REAL_NOISE, ZEROS, Priors()),
-    "20 % dropouts, 1 % reflections": Case(
-        lambda s, r: real(s, r, dropout=0.2, reflections=0.01), REAL_NOISE, ZEROS, Priors()
-    ),
-    "four diodes, 30 x 15 mm, 8 s": Case(
-        lambda s, r: real(s, r, board=DECK), REAL_NOISE, ZEROS, Priors()
-    ),
-    "four diodes, 30 x 15 mm, 60 s": Case(
-        lambda s, r: real(s, r, board=DECK, duration_s=60.0), REAL_NOISE, ZEROS, Priors()
-    ),
-    "lasers 5 mm off in depth": Case(
-        lambda s, r: real(s, r, **lasers_apart(s)), REAL_NOISE, ZEROS, Priors()
-    ),
+    "real noise": exact(real),
+    "20 % dropouts, 1 % reflections": exact(lambda s, r: real(s, r, dropout=0.2, reflections=0.01)),
+    "four diodes, 30 x 15 mm, 8 s": exact(lambda s, r: real(s, r, board=DECK)),
+    "four diodes, 30 x 15 mm, 60 s": exact(lambda s, r: real(s, r, board=DECK, duration_s=60.0)),
+    "lasers 5 mm off in depth": exact(lambda s, r: real(s, r, **lasers_apart(s))),
 }
 COVERAGE = {
     "real noise, priors off": Case(
@@ -191,23 +190,6 @@ COVERAGE = {
 }
 
 
-def lasers_apart(setup: int) -> dict[str, object]:
-    rng = np.random.default_rng([11, setup])
-    both = []
-    for sign in (1, -1):
-        lasers = ((0.005 * sign, 0.0, 0.0), (-0.005 * sign, 0.0, 0.0))
-        both.append({"factory": rotors(rng), "lasers_m": lasers})
-    return {"master": both[0], "slave": both[1]}
-
-
-def decoded(made: SimulatedSweeps, board: np.ndarray, folder: Path) -> Decoded:
-    """The recording by way of a dump."""
-    dump, file = folder / "dump", folder / "board.csv"
-    write_dump(dump, made.pulses)
-    write_csv(file, [dict(zip(("x_m", "y_m", "z_m"), place, strict=True)) for place in board])
-    return decode(dump, "gpio-dump", file)
-
-
 def bound(found: Joint, priors: Priors, noise: views.Noise) -> np.ndarray:
     """Cramer-Rao bound (6, 6) of the pose at what was found."""
     one, of = found.recordings[0], layout(2, len(found.state.board), priors)
@@ -217,97 +199,93 @@ def bound(found: Joint, priors: Priors, noise: views.Noise) -> np.ndarray:
     return np.linalg.inv(S + np.diag(1 / of.sd**2))[:6, :6]
 
 
-def one(case: Case, setup: int, recording: int, folder: Path) -> tuple[np.ndarray, ...] | None:
-    """Error (6,), covariance and bound (6, 6) in mm and deg, CPU seconds, rms over noise."""
+def recorded(case: Case, setup: int, recording: int) -> tuple[SimulatedSweeps, Decoded]:
+    """A recording, and what its dump says."""
     made = case.made(setup, recording)
     rng = np.random.default_rng([13, setup, recording])
-    given = decoded(made, case.board(made.truth.board, rng), folder)
-    factories = [station.factory for station in given.stations]
-    optics = case.optics
+    with tempfile.TemporaryDirectory() as folder:
+        return made, decoded(made, case.board(made.truth.board, rng), folder)
+
+
+def by_batch(case: Case, made: SimulatedSweeps, given: Decoded) -> tuple[np.ndarray, ...]:
+    """Error (6,), covariance and bound (6, 6) in mm and deg; CPU seconds, rms over noise."""
+    factories, optics = [station.factory for station in given.stations], case.optics
     if optics == "wrong":  # the flashes are of stations without phases
         optics, factories = "factory", [Factory(), Factory()]
     scene = Scene(given.hits, given.board, optics, factories, None, "crazyflie", case.priors)
     begun = time.process_time()
-    try:
-        found, _ = joint(scene)
-    except Refusal as refusal:
-        print(f"  {setup}-{recording}: {refusal}", flush=True)
-        return None
+    found, _ = joint(scene)
     seconds = time.process_time() - begun
-    state, unit = found.state, np.outer(UNITS, UNITS)
-    error = np.r_[state.t_m[1] - made.truth.t_optical_m, rotation.error(state.R[1], made.truth.R)]
-    alone = found.recordings[0]
+    alone, unit = found.recordings[0], np.outer(UNITS, UNITS)
     rms = np.sqrt(np.mean(alone.alone**2)) / alone.noise.hit
     return (
-        error * UNITS,
+        off_joint(made, found),
         found.pose_covariance() * unit,
         bound(found, case.bound, case.noise) * unit,
         np.array([seconds, rms]),
     )
 
 
+def one(case: Case, setup: int, recording: int) -> tuple[np.ndarray, ...] | None:
+    try:
+        return by_batch(case, *recorded(case, setup, recording))
+    except Refusal as refusal:
+        print(f"  {setup}-{recording}: {refusal}", flush=True)
+        return None
+
+
 def numbers(name: str, rows: list[tuple[np.ndarray, ...]], n: int) -> None:
     """A line of Markdown: ratios to the bound, errors, coverage, times."""
     error, C, B, rest = (np.array(column) for column in zip(*rows, strict=True))
-    sums = np.sum(error**2, axis=0), np.trace(B[:, :3, :3], axis1=1, axis2=2).sum()
-    position = np.sqrt(sums[0][:3].sum() / sums[1])
-    angle = np.sqrt(sums[0][3:].sum() / np.trace(B[:, 3:, 3:], axis1=1, axis2=2).sum())
-    m2 = np.einsum("ni,ni->n", error, np.linalg.solve(C, error[..., None])[..., 0])
-    inside = [100 * np.mean(m2 < chi2.ppf(p, 6)) for p in (0.68, 0.95)]
+    bounds = np.diagonal(B, axis1=1, axis2=2)
+    ratios = [
+        np.sqrt(np.sum(error[:, own] ** 2) / bounds[:, own].sum())
+        for own in (slice(3), slice(3, 6))
+    ]
+    inside = held([mahalanobis(e, c) for e, c in zip(error, C, strict=True)])
     mae = np.abs(error).mean(axis=0)
-    cells = [
+    line(
         name,
         f"{len(rows)} of {n}",
-        f"{position:.2f}, {angle:.2f}",
+        f"{ratios[0]:.2f}, {ratios[1]:.2f}",
         " / ".join(f"{x:.2f}" for x in mae[:3]),
         " / ".join(f"{x:.4f}" for x in mae[3:]),
         f"{np.linalg.norm(error[:, :3], axis=1).max():.1f}",
         f"{inside[0]:.0f}, {inside[1]:.0f}",
         f"{np.median(rest[:, 1]):.3f}",
         f"{np.median(rest[:, 0]):.2f}",
-    ]
-    print("| " + " | ".join(cells) + " |", flush=True)
-
-
-def accuracy(cases: dict[str, Case], given: argparse.Namespace) -> None:
-    """A line for each case."""
-    print(
-        "| case | converged | RMSE over bound: position, angle | MAE x / y / z mm | MAE deg |"
-        " largest mm | 68 %, 95 % ellipsoids hold, % | rms / noise | CPU s |"
     )
-    print("|---" * 9 + "|")
+
+
+def accuracy(cases: dict[str, Case], setups: int, recordings: int) -> None:
+    """A line for each case."""
+    head(
+        *("case", "converged", "RMSE over bound: position, angle", "MAE x / y / z mm", "MAE deg"),
+        *("largest mm", "68 %, 95 % ellipsoids hold, %", "rms / noise", "CPU s"),
+    )
     for name, case in cases.items():
-        if given.only and given.only not in name:
-            continue
-        with tempfile.TemporaryDirectory() as folder:
-            found = [
-                one(case, setup, recording, Path(folder))
-                for setup in range(given.setups)
-                for recording in range(given.recordings)
-            ]
+        found = [one(case, s, r) for s in range(setups) for r in range(recordings)]
         numbers(name, [row for row in found if row is not None], len(found))
 
 
-def setups(given: argparse.Namespace) -> None:
+def by_setups(setups: int, recordings: int) -> None:
     """A line with known and one with unknown factory values."""
-    print("| optics | MAE x / y / z mm | MAE deg | largest error / sigma | m2 | CPU s |")
-    print("|---" * 6 + "|")
+    head("optics", "MAE x / y / z mm", "MAE deg", "largest error / sigma", "m2", "CPU s")
     for optics in ("factory", ESTIMATED):
         rows = []
-        for setup in range(given.setups):
-            made = [real(setup, k, around_m=0.7) for k in range(given.recordings)]
+        for setup in range(setups):
+            made = [real(setup, k, around_m=0.7) for k in range(recordings)]
             rows.append(joined(made, optics))
         error, sigma, m2, seconds = (np.array(column) for column in zip(*rows, strict=True))
         mae = np.abs(error).mean(axis=0)
-        cells = [
+        line(
             optics,
             " / ".join(f"{x:.2f}" for x in mae[:3]),
             " / ".join(f"{x:.3f}" for x in mae[3:]),
             f"{np.abs(error / sigma).max():.1f}",
             " ".join(f"{x:.1f}" for x in m2),
             f"{np.median(seconds):.1f}",
-        ]
-        print("| " + " | ".join(cells) + " |", flush=True)
+        )
 
 
 def joined(made: list[SimulatedSweeps], optics: str) -> tuple[np.ndarray, np.ndarray, float, float]:
@@ -315,32 +293,26 @@ def joined(made: list[SimulatedSweeps], optics: str) -> tuple[np.ndarray, np.nda
     scenes = {}
     for k, own in enumerate(made):
         with tempfile.TemporaryDirectory() as folder:
-            one = decoded(own, own.truth.board, Path(folder))
+            one = decoded(own, own.truth.board, folder)
         factories = [None if optics == ESTIMATED else s.factory for s in one.stations]
         scenes[str(k)] = Scene(one.hits, one.board, optics, factories, None, AUTO, Priors())
     begun = time.process_time()
     pose = by_setup(scenes).pose
-    seconds, truth = time.process_time() - begun, made[0].truth
-    error = np.r_[pose.t_m - truth.t_optical_m, rotation.error(pose.R, truth.R)] * UNITS
+    seconds, error = time.process_time() - begun, off(made[0], pose)
     assert pose.covariance is not None
-    m2 = float(error @ np.linalg.solve(pose.covariance, error))
+    m2 = mahalanobis(error, pose.covariance)
     return error, np.sqrt(np.diag(pose.covariance)), m2, seconds
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("what", choices=("accuracy", "coverage", "setups"))
     parser.add_argument("--setups", type=int)
     parser.add_argument("--recordings", type=int, default=5, help="of each setup")
-    parser.add_argument("--only", default="", help="cases whose names contain this")
-    given = parser.parse_args()
-    given.setups = given.setups or {"coverage": 40}.get(given.what, 10)
-    if given.what == "setups":
-        setups(given)
+    asked = parser.parse_args()
+    asked.setups = asked.setups or {"coverage": 40}.get(asked.what, 10)
+    if asked.what == "setups":
+        by_setups(asked.setups, asked.recordings)
     else:
-        accuracy(CASES if given.what == "accuracy" else COVERAGE, given)
-
-
-if __name__ == "__main__":
-    main()
+        cases = CASES if asked.what == "accuracy" else COVERAGE
+        accuracy(cases, asked.setups, asked.recordings)

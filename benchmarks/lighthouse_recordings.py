@@ -10,25 +10,21 @@ diodes, and by 30 urad a hit.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
+from mocap_workflow.calibration_twins import calibration_twin, twin_from_mapping
 
+from benchmarks import ROOT
 from mocap_metrology.common.entries import TwinsFile, load_twins
 from mocap_metrology.lighthouse.records import Hits
 from mocap_metrology.lighthouse.rotation import from_angles, to_angles
 from mocap_metrology.lighthouse.simulate.motion import facing_to
 from mocap_metrology.lighthouse.simulate.recording import SimulatedSweeps, simulate
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "workflow"))
-from mocap_workflow.calibration_twins import calibration_twin, twin_from_mapping
-
-ROOT = Path(__file__).resolve().parents[1]
 BASELINE_M = 4.3
 NEAREST_M, FARTHEST_M = 2.3, 5.0
 SEEN = 0.7  # of the sweeps: a level deck is seen at a slant
@@ -51,9 +47,9 @@ def listed(name: str) -> SimulatedSweeps:
     return simulate(calibration_twin(_twins(), name))
 
 
-def _looking(place: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Upright rotation whose x axis looks from `place` at a point."""
-    return facing_to(place, at[None])
+def _looking(place: np.ndarray, at: np.ndarray, roll: float) -> np.ndarray:
+    """Rotation whose x axis looks from `place` at a point, turned about it."""
+    return facing_to(place, at[None]) @ from_angles(roll, 0, 0)
 
 
 def _angles_deg(R: np.ndarray) -> list[float]:
@@ -75,21 +71,16 @@ def _twin(
     first, second = rng.choice(len(factories()), 2, replace=False)
     turn = facing_to(middle, own).T @ (R.T @ R_board)
     depths = others.pop("depths_m", (0.0, 0.0))
-    lasers = [{"lasers_m": [[d / 2, 0.0, 0.0], [-d / 2, 0.0, 0.0]]} for d in depths]
+    master, slave = (
+        {"id": 11 + k, "mode": "bc"[k], "factory": factories()[own_values]}
+        | {"lasers_m": [[d / 2, 0.0, 0.0], [-d / 2, 0.0, 0.0]]}
+        for k, (own_values, d) in enumerate(zip((first, second), depths, strict=True))
+    )
+    slave |= {"position_m": own[1].tolist(), "rotation_deg": _angles_deg(R.T @ turns[1])}
     motion = others.pop("motion") | {"centre_m": middle.tolist(), "turn_deg": _angles_deg(turn)}
     mapping = {
         "seed": int(rng.integers(1 << 40)),
-        "master": {"id": 11, "mode": "b", "factory": factories()[first]} | lasers[0],
-        "slave": {
-            "id": 12,
-            "mode": "c",
-            "factory": factories()[second],
-            "position_m": own[1].tolist(),
-            "rotation_deg": _angles_deg(R.T @ turns[1]),
-        }
-        | lasers[1],
-        "motion": motion,
-        "tilt_deg": _angles_deg(R)[:2],
+        **{"master": master, "slave": slave, "motion": motion, "tilt_deg": _angles_deg(R)[:2]},
         "start_cycle": float(rng.uniform(0, 4)),
         "clock_ppm": float(rng.uniform(-40, 40)),
         **JITTER,
@@ -120,9 +111,7 @@ def flight(
         )
         centre = np.r_[rng.uniform(-0.5, 0.5, 2), rng.uniform(0.5, 1.1)]
         turns = [
-            _looking(p, np.r_[rng.uniform(-0.3, 0.3, 2), 0.7])
-            @ from_angles(rng.normal(0, 0.05), 0, 0)
-            for p in places
+            _looking(p, np.r_[rng.uniform(-0.3, 0.3, 2), 0.7], rng.normal(0, 0.05)) for p in places
         ]
         level = facing_up(rng.uniform(0, 2 * np.pi))
         motion = {
@@ -231,10 +220,7 @@ def hand(
         apart, far = rng.uniform(1.5, 3.2), rng.uniform(2.0, 3.6)
         places = np.array([[0, apart / 2, 0], [0, -apart / 2, 0]]) + rng.normal(0, 0.15, (2, 3))
         centre = np.array([far, *rng.normal(0, 0.2, 2)])
-        turns = [
-            _looking(p, centre + rng.normal(0, 0.15, 3)) @ from_angles(rng.normal(0, 0.2), 0, 0)
-            for p in places
-        ]
+        turns = [_looking(p, centre + rng.normal(0, 0.15, 3), rng.normal(0, 0.2)) for p in places]
         facing = facing_to(centre, places) @ from_angles(*rng.normal(0, 0.15, 3))
         motion = {
             "pattern": "hand",

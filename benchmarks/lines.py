@@ -1,6 +1,6 @@
 """Lines of code by room, all and without blanks, comments and docstrings, of one commit or two:
 
-python benchmarks/lines.py 63d603a HEAD
+python -m benchmarks.lines 63d603a HEAD
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@ the phases, depth of the lasers, diodes and scale of the board, and how late eac
 flash. An earlier recording is then compared with three others: nothing moved, the slave shifted by
 3 mm, the slave turned by 0.1 deg, each in a random direction.
 
-    python benchmarks/moved_stations.py [setups] [seconds of a recording] [first setup]
+    python -m benchmarks.moved_stations [setups] [seconds of a recording] [first setup]
 """
 
 from __future__ import annotations
@@ -17,29 +17,35 @@ import tempfile
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 
-from mocap_metrology.calibration.sweeps import write_board
+from benchmarks.lighthouse_recordings import hand
+from benchmarks.poses import decoded
 from mocap_metrology.lighthouse.assess.comparison import Comparison, compare_with_earlier
 from mocap_metrology.lighthouse.assess.pose_file import PoseFile
 from mocap_metrology.lighthouse.assess.summary import summary
 from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
-from mocap_metrology.lighthouse.decode.chain import decode
 from mocap_metrology.lighthouse.records import Station
 from mocap_metrology.lighthouse.rotation import exp, to_angles
-from mocap_metrology.lighthouse.simulate.recording import simulate, write_dump
-from mocap_metrology.lighthouse.simulate.twin import FactoryValues, LighthouseTwin
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from benchmarks.lighthouse_recordings import hand
+from mocap_metrology.lighthouse.simulate.recording import simulate
+from mocap_metrology.lighthouse.simulate.twin import FactoryValues, LighthouseTwin, StationTwin
 
 RISE_US = 0.6
 SHIFT_MM, TURN_DEG = 3.0, 0.1
+ROLES = ("master", "slave")
 CASES = ("unchanged", "shifted", "turned")
 SETTINGS = CalibrationSettings(estimators=("batch",), optics=("factory",))
+
+
+def _with_errors(station: StationTwin, phase: np.ndarray, depth: float) -> StationTwin:
+    """With phases and a depth between its lasers that its flashes do not state."""
+    told = station.optics
+    values = {name: tuple(getattr(told, name)) for name in FactoryValues.model_fields}
+    factory = FactoryValues(**values | {"phase": tuple(told.phase + phase)})
+    lasers_m = (depth / 2, 0.0, 0.0), (-depth / 2, 0.0, 0.0)
+    return station.model_copy(update={"factory": factory, "lasers_m": lasers_m})
 
 
 class Setup:
@@ -51,22 +57,11 @@ class Setup:
         true_board = twin.board.positions()
         self.told = [station.optics for station in twin.stations]
         off = 1e-3 * priors.phase_mrad * rng.normal(size=(2, 2))
-        depth = 1e-3 * priors.laser_depth_mm * rng.normal(size=2)
-        master, slave = (
-            station.model_copy(
-                update={
-                    "factory": FactoryValues(
-                        **{name: tuple(getattr(told, name)) for name in FactoryValues.model_fields}
-                        | {"phase": tuple(told.phase + off[k])}
-                    ),
-                    "lasers_m": ((depth[k] / 2, 0.0, 0.0), (-depth[k] / 2, 0.0, 0.0)),
-                }
-            )
-            for k, (station, told) in enumerate(zip(twin.stations, self.told, strict=True))
-        )
-        self.twin = twin.model_copy(
-            update={"master": master, "slave": slave, "flash_rise_us": RISE_US}
-        )
+        depths = 1e-3 * priors.laser_depth_mm * rng.normal(size=2)
+        drawn = zip(twin.stations, off, depths, strict=True)
+        master, slave = (_with_errors(*one) for one in drawn)
+        update = {"master": master, "slave": slave, "flash_rise_us": RISE_US}
+        self.twin = twin.model_copy(update=update)
         places = 1e-3 * priors.board_position_mm * rng.normal(size=true_board.shape)
         self.board = (true_board + places) * (1 + priors.board_scale * rng.normal())
         self.way = rng.normal(size=(2, 3))
@@ -89,15 +84,10 @@ class Setup:
     def calibrated(self, case: str, seed: int, folder: str) -> PoseFile:
         """pose.json of a recording: a dump, as any."""
         made = simulate(self.moved(case), seed)
-        dump, board = f"{folder}/dump", f"{folder}/board.csv"
-        write_dump(dump, made.pulses)
-        write_board(board, self.board)
-        found = decode(dump, "gpio-dump", board)
+        found = decoded(made, self.board, folder)
         stations = [
             Station(role, own.id, own.mode, told)
-            for role, own, told in zip(
-                ("master", "slave"), self.twin.stations, self.told, strict=True
-            )
+            for role, own, told in zip(ROLES, self.twin.stations, self.told, strict=True)
         ]
         poses = calibrate(found.hits, found.board, self.told, SETTINGS)
         document: PoseFile = json.loads(json.dumps(summary(poses, stations).document, default=str))
@@ -122,23 +112,14 @@ def rows(setups: range, seconds: float) -> Iterator[dict[str, object]]:
         for seed, found in zip(setups, results, strict=True):
             for case, one in zip(CASES, found, strict=True):
                 true = (SHIFT_MM * (case == "shifted"), TURN_DEG * (case == "turned"))
-                inside = [
-                    low <= value <= high
-                    for low, value, high in zip(one.lower_95, true, one.upper_95, strict=True)
-                ]
+                low, high = one.lower_95, one.upper_95
+                inside = [low[k] <= true[k] <= high[k] for k in (0, 1)]
                 yield {
-                    "setup": seed,
-                    "case": case,
-                    "valid": one.valid,
-                    "moved": one.moved,
-                    "shift_mm": round(one.shift[0], 3),
-                    "shift_deg": round(one.shift[1], 4),
-                    "upper_mm": round(one.upper_95[0], 3),
-                    "upper_deg": round(one.upper_95[1], 4),
-                    "true_in_interval_mm": inside[0],
-                    "true_in_interval_deg": inside[1],
-                    "chi2": round(one.chi2, 2),
-                    "basis": one.basis,
+                    **{"setup": seed, "case": case, "valid": one.valid, "moved": one.moved},
+                    **{"shift_mm": round(one.shift[0], 3), "shift_deg": round(one.shift[1], 4)},
+                    **{"upper_mm": round(high[0], 3), "upper_deg": round(high[1], 4)},
+                    **{"true_in_interval_mm": inside[0], "true_in_interval_deg": inside[1]},
+                    **{"chi2": round(one.chi2, 2), "basis": one.basis},
                 }
 
 

@@ -16,16 +16,16 @@ import json
 import os
 import platform
 import re
-import shutil
 import subprocess
 import sys
 import tempfile
 from importlib.metadata import version
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
-ENVIRONMENT = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
-ENVIRONMENT |= {f"{pool}_NUM_THREADS": "1" for pool in ("OMP", "OPENBLAS", "MKL", "NUMBA")}
+from benchmarks import head, line
+from benchmarks.scale import costs, run
+
+ENVIRONMENT = os.environ | {"NUMBA_NUM_THREADS": "1"}  # the other pools: benchmarks/__init__.py
 PEERS = ("hampel", "allantools", "allan-variance", "ezc3d", "cflib")
 
 PRELUDE = """
@@ -35,6 +35,10 @@ n = 3_888_000
 rng = np.random.default_rng(1)
 series = 166.6 + 0.007 * rng.normal(size=n) + 1e-5 * np.cumsum(rng.normal(size=n))
 series[rng.integers(0, n, 400)] += 20
+def timed(work):
+    start = time.process_time()
+    found = work()
+    return time.process_time() - start, found
 def report(cpu, **more):
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
     print(json.dumps({"cpu_s": cpu, "peak_gb": peak, **more}))
@@ -43,7 +47,7 @@ def report(cpu, **more):
 HAMPEL = """
 from mocap_metrology.common.hampel import hampel
 hampel(series[:1000], 120)
-start = time.process_time(); found = hampel(series, 120); cpu = time.process_time() - start
+cpu, found = timed(lambda: hampel(series, 120))
 wrong = 0
 for i in [*range(130), *range(n - 130, n), *rng.integers(0, n, 1000)]:
     window = series[max(0, i - 120) : i + 121]
@@ -55,9 +59,7 @@ report(cpu, wrong=wrong, replaced=int(found.outlier.sum()))
 HAMPEL_PEER = """
 from hampel import hampel
 part = series[: n // 10].astype(np.float32)
-start = time.process_time()
-hampel(part, window_size=241, n_sigma=3.0)
-report(10 * (time.process_time() - start))
+report(10 * timed(lambda: hampel(part, window_size=241, n_sigma=3.0))[0])
 """
 ALLAN = """
 from mocap_metrology.noise.allan.variance import allan_variance, averaging_factors
@@ -65,30 +67,24 @@ m = averaging_factors(n)
 missing = float(sys.argv[1])
 series[rng.random(n) < missing] = np.nan
 allan_variance(series[:1000], m[:5])
-start = time.process_time(); found = allan_variance(series, m); cpu = time.process_time() - start
+cpu, found = timed(lambda: allan_variance(series, m))
 np.save(sys.argv[2], found.variance)
 report(cpu, taus=len(m))
 """
 ALLAN_PEER = """
 import allantools
 from mocap_metrology.noise.allan.variance import averaging_factors
-m = averaging_factors(n)
-start = time.process_time()
-_, deviation, _, _ = allantools.oadev(series, rate=1.0, data_type="freq", taus=m.astype(float))
-cpu = time.process_time() - start
+how = {"rate": 1.0, "data_type": "freq", "taus": averaging_factors(n).astype(float)}
+cpu, (_, deviation, _, _) = timed(lambda: allantools.oadev(series, **how))
 report(cpu, difference=float(np.abs(np.load(sys.argv[1]) / deviation**2 - 1).max()))
 """
 C3D = """
 from mocap_metrology.io.read import read_recording
-start = time.process_time()
-recording = read_recording([sys.argv[1]], ["Wand1", "Wand2"])
-report(time.process_time() - start, frames=recording.position_mm.shape[2])
+report(timed(lambda: read_recording([sys.argv[1]], ["Wand1", "Wand2"]))[0])
 """
 C3D_PEER = """
 import ezc3d
-start = time.process_time()
-points = ezc3d.c3d(sys.argv[1])["data"]["points"]
-report(time.process_time() - start, frames=points.shape[2])
+report(timed(lambda: ezc3d.c3d(sys.argv[1])["data"]["points"])[0])
 """
 GSL_PEER = r"""
 #include <gsl/gsl_filter.h>
@@ -121,15 +117,14 @@ curve = allan_curve(series, 120.0, averaging_factors(n, 100, 1, 0.1))
 np.save(sys.argv[1], [curve.tau_s, curve.variance])
 given = series, 120.0, Components(gauss_markov=0)
 likelihood(*given)
-start = time.process_time(); found = likelihood(*given).estimate; cpu = time.process_time() - start
-values = {c.parameter: c.value for c in found.coefficients}
+cpu, found = timed(lambda: likelihood(*given))
+values = {c.parameter: c.value for c in found.estimate.coefficients}
 report(cpu, off={name: values[name] / truth[name] - 1 for name in truth})
 """
 FIT_PEER = """
 from allan_variance import estimate_parameters
 tau, avar = np.load(sys.argv[1])
-start = time.process_time(); found, _ = estimate_parameters(tau, avar)
-cpu = time.process_time() - start
+cpu, (found, _) = timed(lambda: estimate_parameters(tau, avar))
 white, walk = 0.007 / np.sqrt(120), 1e-5 * np.sqrt(120)  # unit * s^(1/2) and unit / s^(1/2)
 report(cpu, off={"h_0": (found["white"] / white) ** 2 - 1, "h_-2": (found["walk"] / walk) ** 2 - 1})
 """
@@ -162,10 +157,10 @@ def solve():
     given = [Measurements(np.arange(60.0), a) for a in measured]
     paths = [by_levenberg_marquardt(one, board, ideal) for one in given]
     diodes = [(p.R @ board.T + p.t_m[:, :, None]).transpose(0, 2, 1).reshape(-1, 3) for p in paths]
-    known = evidence(paths[0], given[1], given[0], board, ideal)
-    return by_gauss_newton(*kabsch(*diodes[::-1]), known, ideal)
+    known = evidence(paths[0], given[1], given[0], board, (ideal, ideal))
+    return by_gauss_newton(*kabsch(*diodes[::-1]), known)
 solve()
-start = time.process_time(); R, t, *_ = solve(); cpu = time.process_time() - start
+cpu, (R, t, *_) = timed(solve)
 report(cpu, off=off(R, t))
 """
 )
@@ -188,9 +183,7 @@ solution = LighthouseGeometrySolution(samples)
 for s, (R, t) in enumerate([(np.eye(3), np.zeros(3)), (R_s, t_s)]):
     R, t = turns[0].T @ R, turns[0].T @ (t - places[0])
     solution.bs_poses[s] = Pose(near[60 + s] @ R, t + rng.normal(0, 0.03, 3))
-start = time.process_time()
-LighthouseGeometrySolver.solve(samples, board, solution)
-cpu = time.process_time() - start
+cpu, _ = timed(lambda: LighthouseGeometrySolver.solve(samples, board, solution))
 one, two = (solution.bs_poses[s] for s in (0, 1))
 R = one.rot_matrix.T
 report(cpu, off=off(R @ two.rot_matrix, R @ (two.translation - one.translation)))
@@ -211,39 +204,17 @@ report(0.0)
 def measure(code: str, *arguments: object, series: bool = True) -> dict:
     """Run the code in a fresh Python; what it reports."""
     prelude = PRELUDE if series else PRELUDE.split("series =")[0] + PRELUDE[PRELUDE.index("def ") :]
-    done = subprocess.run(
-        [sys.executable, "-c", prelude + code, *map(str, arguments)],
-        env=ENVIRONMENT,
-        stdout=subprocess.PIPE,
-        text=True,
-        check=True,
-    )
-    return json.loads(done.stdout.splitlines()[-1])
+    command = [sys.executable, "-c", prelude + code, *map(str, arguments)]
+    done = subprocess.check_output(command, env=ENVIRONMENT, text=True)
+    return json.loads(done.splitlines()[-1])
 
 
 def workflow(folder: Path, c3d: Path) -> dict:
     """CPU seconds and peak memory of the workflow's jobs from C3D to allan.parquet."""
-    sheet = folder / "sheet.tsv"
-    sheet.write_text(f"recording\tpath\tmarkers\tgroup\nnine\t{c3d}\tWand1;Wand2\tbenchmark\n")
-    target = folder / "results/recordings/nine/allan.parquet"
-    subprocess.run(
-        [
-            *(Path(sys.executable).with_name("snakemake"), "--cores", "1", "--quiet", "all"),
-            *("--workflow-profile", ROOT / "profiles/ci", "--snakefile", ROOT / "Snakefile"),
-            *("--directory", folder, target),
-            *("--config", f"recordings={sheet}", "calibrations=", f"results={folder / 'results'}"),
-        ],
-        env=ENVIRONMENT,
-        check=True,
-    )
-    rows = {}
-    for path in sorted((folder / "results/benchmarks").glob("*/nine.tsv")):
-        lines = path.read_text(encoding="utf-8").splitlines()
-        rows[path.parent.name] = dict(zip(*(one.split("\t") for one in lines[:2]), strict=True))
-    return {
-        "cpu_s": sum(float(row["cpu_time"]) for row in rows.values()),
-        "peak_gb": max(float(row["max_rss"]) for row in rows.values()) / 1e3,
-    }
+    target = str(folder / "results/recordings/nine/allan.parquet")
+    run(folder, [("nine", str(c3d), "Wand1;Wand2")], target=target)
+    cpu, peak = zip(*costs(folder / "results").values(), strict=True)
+    return {"cpu_s": sum(cpu), "peak_gb": max(peak)}
 
 
 def gsl(folder: Path) -> dict | None:
@@ -255,9 +226,7 @@ def gsl(folder: Path) -> dict | None:
         return None
     measure(f"series.tofile({str(folder / 'series')!r}); report(0.0)")
     ran = [program, folder / "series", "3888000"]
-    seconds, replaced = subprocess.run(
-        ran, capture_output=True, text=True, check=True
-    ).stdout.split()
+    seconds, replaced = subprocess.check_output(ran, text=True).split()
     return {"cpu_s": float(seconds), "replaced": int(replaced)}
 
 
@@ -267,31 +236,18 @@ def size(found: dict) -> str:
     return f"{found['cpu_s']:.3g} s{memory}"
 
 
-def line(work: str, ours: dict, peer: dict, name: str) -> None:
+def row(work: str, ours: dict, peer: dict, name: str) -> None:
     """Print one row."""
-    ratio = f"{peer['cpu_s'] / ours['cpu_s']:.3g}"
-    print(f"| {work} | {size(ours)} | {name}: {size(peer)} | {ratio} |", flush=True)
+    line(work, size(ours), f"{name}: {size(peer)}", f"{peer['cpu_s'] / ours['cpu_s']:.3g}")
 
 
-def head() -> None:
-    """Print machine and versions, and the head of the table."""
+def machine() -> None:
+    """Print machine and versions."""
     cpuinfo = Path("/proc/cpuinfo")
     found = re.search(r"model name\s*: (.*)", cpuinfo.read_text()) if cpuinfo.exists() else None
     print(f"{found[1] if found else platform.processor()}, {os.cpu_count()} processors,", end=" ")
     packages = ("mocap-metrology", "numpy", "scipy", "numba", "pyarrow", *PEERS)
     print(", ".join(f"{name} {version(name)}" for name in packages), end="\n\n")
-    print(
-        "| nine hours of two markers, 3,888,000 frames | here | peer | ratio |\n|---|---|---|---|"
-    )
-
-
-def main() -> None:
-    folder = Path(tempfile.mkdtemp(prefix="mocap-metrology-"))
-    head()
-    try:
-        run(folder)
-    finally:
-        shutil.rmtree(folder)
 
 
 def errors(found: dict) -> str:
@@ -303,43 +259,43 @@ def errors(found: dict) -> str:
     )
 
 
-def run(folder: Path) -> None:
+def compared(folder: Path) -> None:
+    """Print the table."""
     c3d, variances = folder / "nine.c3d", folder / "avar.npy"
+    head("nine hours of two markers, 3,888,000 frames", "here", "peer", "ratio")
     hampel, hampel_peer = measure(HAMPEL), measure(HAMPEL_PEER)
-    row = f"Hampel filter of 241 frames, one series; {hampel['wrong']} of 1260 samples differ from "
-    line(f"{row}brute force", hampel, hampel_peer, "`hampel` (10 x a tenth)")
-    compiled = gsl(folder)
-    if compiled:
-        row = f"the same; {hampel['replaced']} and {compiled['replaced']} samples are replaced"
-        line(row, hampel, compiled, "GSL")
+    work = f"Hampel filter of 241 frames, one series; {hampel['wrong']} of 1260 samples differ from"
+    row(f"{work} brute force", hampel, hampel_peer, "`hampel` (10 x a tenth)")
+    if compiled := gsl(folder):
+        work = f"the same; {hampel['replaced']} and {compiled['replaced']} samples are replaced"
+        row(work, hampel, compiled, "GSL")
     else:
         print("GSL is left out: its headers or a C compiler are missing", file=sys.stderr)
-    allan = measure(ALLAN, 0, variances)
-    allan_peer = measure(ALLAN_PEER, variances)
+    allan, allan_peer = measure(ALLAN, 0, variances), measure(ALLAN_PEER, variances)
     agree = f"{allan['taus']} taus, one series; relative difference {allan_peer['difference']:.0e}"
-    line(f"overlapping Allan variance, {agree}", allan, allan_peer, "`allantools`")
+    row(f"overlapping Allan variance, {agree}", allan, allan_peer, "`allantools`")
     for missing in (0.01, 0.05):
-        gapped = measure(ALLAN, missing, folder / "gapped.npy")
-        row = f"the same with {missing:.0%} missing"
-        line(row, gapped, allan_peer, "`allantools` without gaps")
+        gapped, work = measure(ALLAN, missing, folder / "gapped.npy"), f"with {missing:.0%} missing"
+        row(f"the same {work}", gapped, allan_peer, "`allantools` without gaps")
     fit, fit_peer = (measure(code, folder / "fit.npy", series=False) for code in (FIT, FIT_PEER))
-    row = "five power laws from 100 Allan variances of white noise and a random walk; errors"
-    line(f"{row}: {errors(fit)}; peer: {errors(fit_peer)}", fit, fit_peer, "`allan-variance`")
+    work = "five power laws from 100 Allan variances of white noise and a random walk; errors"
+    row(f"{work}: {errors(fit)}; peer: {errors(fit_peer)}", fit, fit_peer, "`allan-variance`")
     measure(MAKE_C3D, c3d, series=False)
     read, read_peer = measure(C3D, c3d, series=False), measure(C3D_PEER, c3d, series=False)
-    line("C3D, two points, to arrays, SHA-256 included", read, read_peer, "`ezc3d`")
-    whole = workflow(folder, c3d)
+    row("C3D, two points, to arrays, SHA-256 included", read, read_peer, "`ezc3d`")
     peers = {
         "cpu_s": 7 * hampel_peer["cpu_s"] + 7 * allan_peer["cpu_s"] + read_peer["cpu_s"],
         "peak_gb": max(p["peak_gb"] for p in (hampel_peer, allan_peer, read_peer)),
     }
-    row = "C3D to `allan.parquet`, seven series, all jobs with imports and Parquet"
-    line(row, whole, peers, "`hampel`, `allantools`, `ezc3d`")
+    work = "C3D to `allan.parquet`, seven series, all jobs with imports and Parquet"
+    row(work, workflow(folder, c3d), peers, "`hampel`, `allantools`, `ezc3d`")
     solver, solver_peer = (measure(code, series=False) for code in (SOLVER, SOLVER_PEER))
-    row = "two base stations from 60 poses of 32 diodes, 60 µrad; error of the pose"
-    line(f"{row}: {errors(solver)}; peer: {errors(solver_peer)}", solver, solver_peer, "`cflib`")
+    work = "two base stations from 60 poses of 32 diodes, 60 µrad; error of the pose"
+    row(f"{work}: {errors(solver)}; peer: {errors(solver_peer)}", solver, solver_peer, "`cflib`")
 
 
 if __name__ == "__main__":
-    argparse.ArgumentParser(prog="peers.py", description=__doc__.splitlines()[0]).parse_args()
-    main()
+    argparse.ArgumentParser(description=__doc__.splitlines()[0]).parse_args()
+    machine()
+    with tempfile.TemporaryDirectory(prefix="mocap-metrology-") as name:
+        compared(Path(name))

@@ -1,5 +1,5 @@
 """How often a frame that jumps among reference points is found, and how often one is found that did
-not: python benchmarks/points.py [sets] [seed] (about a minute).
+not: python -m benchmarks.points [sets] [seed] (about a minute).
 
 26 or 12 places in a room of 4 x 4 x 2 m, of markers or of a tracked body with a lever and turned by
 20 degrees, and a smooth distortion of 2 to 12 mm rms (a quadratic surface in each axis), noise of

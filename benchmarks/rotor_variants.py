@@ -1,6 +1,6 @@
 """Which variant of the rotor model recordings choose, where none is given.
 
-    python benchmarks/rotor_variants.py [recordings of each kind]
+    python -m benchmarks.rotor_variants [recordings of each kind]
 
 Boards by hand and decks in flight whose rotors obey libsurvive's or the Crazyflie's formula in turn
 (`lighthouse_recordings.py`), and the 40 twins `real-*` of config/twins.yaml, which obey the
@@ -10,27 +10,19 @@ Crazyflie's and whose lasers are displaced by up to 15 mm. The choice is by `bat
 
 from __future__ import annotations
 
-import os
-
-os.environ.setdefault("OMP_NUM_THREADS", "1")
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
 import sys
-from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
-from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from benchmarks import head, line
 from benchmarks.lighthouse_recordings import flight, hand, listed
-from mocap_metrology.lighthouse import rotation
-from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
-from mocap_metrology.lighthouse.decode.clean import clean_hits
+from benchmarks.poses import calibrated, lengths, off
 from mocap_metrology.lighthouse.simulate.recording import SimulatedSweeps
 
 SIGNS = ("libsurvive", "crazyflie")
 KINDS = ("board by hand", "deck in flight", "twins real-*")
+ESTIMATORS = ("batch", "paper-lm")
 FIRST_SEED = 1000
 
 
@@ -42,54 +34,40 @@ def recording(kind: str, k: int) -> tuple[SimulatedSweeps, str]:
     return (hand if kind == "board by hand" else flight)(FIRST_SEED + k, sign), sign
 
 
-def judged(kind: str, k: int) -> list[tuple[bool, bool, float, float, int]]:
-    """By batch, by paper-lm: whether the true variant is excluded, whether the other sign is; error
-    in mm and deg; how many of six 95 % intervals hold."""
+def judged(
+    kind: str, k: int, estimators: tuple[str, ...] = ESTIMATORS
+) -> list[tuple[bool, bool, float, float, int]]:
+    """By each estimator: whether the true variant is excluded, whether the other sign is; error in
+    mm and deg; how many of six 95 % intervals hold."""
     made, true = recording(kind, k)
-    hits, _ = clean_hits(made.hits, made.truth.board)
-    factories = [station.factory for station in made.truth.stations]
     rows = []
-    for name in ("batch", "paper-lm"):
-        settings = CalibrationSettings(estimators=(name,), optics=("factory",))
-        found = calibrate(hits, made.truth.board, factories, settings)
+    for name in estimators:
+        found = calibrated(made, estimators=(name,))
         standing = {way.variant: way.standing for way in found.variants}
         other = SIGNS[1 - SIGNS.index(true)]
         pose = found.estimates[-1]
-        off = np.r_[
-            1e3 * (pose.t_m - made.truth.t_optical_m),
-            np.degrees(rotation.error(pose.R, made.truth.R)),
-        ]
-        assert pose.covariance is not None
-        inside = int((np.abs(off) < 1.96 * np.sqrt(np.diag(pose.covariance))).sum())
-        mm, deg = np.linalg.norm(off[:3]), np.linalg.norm(off[3:])
-        rows.append((standing[true] == "worse", standing[other] == "worse", mm, deg, inside))
+        errors = off(made, pose)
+        inside = int((np.abs(errors) < 1.96 * np.sqrt(np.diag(pose.covariance))).sum())
+        excluded = standing.get(true, "worse") == "worse", standing.get(other) == "worse"
+        rows.append((*excluded, *lengths(errors), inside))
     return rows
-
-
-def lines(n: int) -> Iterator[str]:
-    """A table of Markdown."""
-    yield (
-        "| recordings | by | true variant excluded | other sign excluded | median error mm, deg |"
-        " 95 % intervals hold |"
-    )
-    yield "|---" * 6 + "|"
-    with ProcessPoolExecutor(2) as pool:
-        for kind in KINDS:
-            count = 40 if kind == KINDS[2] else n
-            found = list(pool.map(judged, [kind] * count, range(count)))
-            for name, rows in zip(("batch", "paper-lm"), zip(*found, strict=True), strict=True):
-                out, other, mm, deg, inside = (np.array(c) for c in zip(*rows, strict=True))
-                share = 100 * inside.mean() / 6
-                yield (
-                    f"| {kind} | `{name}` | {out.sum()} of {count} | {other.sum()} of {count} |"
-                    f" {np.median(mm):.2f}, {np.median(deg):.3f} | {share:.0f} % |"
-                )
 
 
 def main(n: int = 40) -> None:
     """Print the table as it grows."""
-    for line in lines(n):
-        print(line, flush=True)
+    head(
+        *("recordings", "by", "true variant excluded", "other sign excluded"),
+        *("median error mm, deg", "95 % intervals hold"),
+    )
+    with ProcessPoolExecutor(2) as pool:
+        for kind in KINDS:
+            count = 40 if kind == KINDS[2] else n
+            found = list(pool.map(judged, [kind] * count, range(count)))
+            for name, rows in zip(ESTIMATORS, zip(*found, strict=True), strict=True):
+                out, other, mm, deg, inside = (np.array(c) for c in zip(*rows, strict=True))
+                counts = f"{out.sum()} of {count}", f"{other.sum()} of {count}"
+                error = f"{np.median(mm):.2f}, {np.median(deg):.3f}"
+                line(kind, f"`{name}`", *counts, error, f"{100 * inside.mean() / 6:.0f} %")
 
 
 if __name__ == "__main__":

@@ -1,10 +1,9 @@
 """Time and memory of every rule as recordings grow longer, get more markers, or become more.
 
-    python benchmarks/scale.py hours 0.9 9 90       two markers at 120 Hz; needs 20 GB of disk
-    python benchmarks/scale.py markers 2 10 100     ten minutes at 120 Hz
-    python benchmarks/scale.py recordings 1 10 100  of a minute each
-    python benchmarks/scale.py rows 100 1000        dry runs: simulated recordings, and files
-    python benchmarks/scale.py hours 1 3 --csv docs/scale.csv    for scale_figure.py
+    python -m benchmarks.scale hours 0.9 9 90       two markers at 120 Hz; needs 20 GB of disk
+    python -m benchmarks.scale markers 2 10 100     ten minutes at 120 Hz
+    python -m benchmarks.scale rows 100 1000        dry runs: simulated recordings, and files
+    python -m benchmarks.scale hours 1 3 --csv docs/scale.csv    for scale_figure.py
 
 The workflow runs on C3D files of white noise and a random walk. Prints CPU seconds and the largest
 resident memory (GB) of each rule, from its benchmark file, and the run time of the whole; one CPU
@@ -27,9 +26,9 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks import ROOT, head, line
 from mocap_metrology.io.c3d.write import write_c3d
 
-ROOT = Path(__file__).resolve().parents[1]
 RATE = 120.0  # Hz
 CHUNK = 65_536  # frames
 ENVIRONMENT = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
@@ -60,20 +59,19 @@ def labels(n_markers: int) -> list[str]:
     return [f"M{k}" for k in range(1, n_markers + 1)]
 
 
-def run(folder: Path, rows: list[tuple[str, str, int]], *arguments: str) -> float:
+def run(
+    folder: Path, rows: list[tuple[str, str, str]], *arguments: str, target: str = "all"
+) -> float:
     """Run the workflow on rows (name, path, markers) of a sheet; its run time in s."""
     sheet = folder / "sheet.tsv"
     lines = ["recording\tpath\tmarkers\tgroup\tcamera_type\tn_cameras"]
-    for name, path, n_markers in rows:
-        marked = ";".join(labels(n_markers))
-        twin = path.startswith("simulate:")
-        lines.append(f"{name}\t{path}\t{'' if twin else marked}\tscale\tT40\t10")
+    lines += ["\t".join((*row, "scale", "T40", "10")) for row in rows]
     sheet.write_text("\n".join(lines) + "\n", encoding="utf-8")
     settings = (f"recordings={sheet}", "calibrations=", f"results={folder / 'results'}")
     command = [
         *(sys.executable, "-c", SNAKEMAKE, "--cores", "1", "--quiet", "all"),
         *("--workflow-profile", ROOT / "profiles/ci", "--snakefile", ROOT / "Snakefile"),
-        *("--directory", folder, "--config", *settings, *arguments, "--", "all"),
+        *("--directory", folder, "--config", *settings, *arguments, "--", target),
     ]
     begun = time.perf_counter()
     subprocess.run(command, env=ENVIRONMENT, check=True, stdout=subprocess.DEVNULL)
@@ -99,13 +97,10 @@ def measured(kind: str, size: float) -> tuple[float, Cost]:
     """Run time of the workflow and cost of its rules for one size."""
     with tempfile.TemporaryDirectory(prefix="mocap-metrology-scale-") as name:
         folder = Path(name)
-        n_markers = round(size) if kind == "markers" else 2
-        seconds = {"hours": 3600 * size, "markers": 600.0, "recordings": 60.0}[kind]
-        rows = []
-        for k in range(round(size) if kind == "recordings" else 1):
-            recording(folder / f"r{k}.c3d", seconds, n_markers, k)
-            rows.append((f"r{k}", f"r{k}.c3d", n_markers))
-        return run(folder, rows), costs(folder / "results")
+        n_markers, seconds = (2, 3600 * size) if kind == "hours" else (round(size), 600.0)
+        recording(folder / "r0.c3d", seconds, n_markers, 0)
+        seconds = run(folder, [("r0", "r0.c3d", ";".join(labels(n_markers)))])
+        return seconds, costs(folder / "results")
 
 
 def store(path: Path, kind: str, size: float, cost: Cost) -> None:
@@ -129,22 +124,18 @@ def table(kind: str, sizes: list[float], path: Path | None) -> None:
         found.append(measured(kind, size))
         if path is not None:
             store(path, kind, size, found[-1][1])
-    print(f"| rule | {' | '.join(f'{size:g} {kind}: CPU s, GB' for size in sizes)} |")
-    print("|---" * (len(sizes) + 1) + "|")
+    head("rule", *(f"{size:g} {kind}: CPU s, GB" for size in sizes))
     for rule in dict.fromkeys(rule for _, cost in found for rule in cost):
-        cells = [f"{c[rule][0]:.1f}, {c[rule][1]:.2f}" if rule in c else "" for _, c in found]
-        print(f"| `{rule}` | {' | '.join(cells)} |")
-    sums = [sum(cpu for cpu, _ in cost.values()) for _, cost in found]
-    largest = [max(gb for _, gb in cost.values()) for _, cost in found]
-    cells = [f"{cpu:.0f}, {gb:.2f}" for cpu, gb in zip(sums, largest, strict=True)]
-    print(f"| all jobs | {' | '.join(cells)} |")
-    print(f"| the whole run, s | {' | '.join(f'{wall:.0f}' for wall, _ in found)} |")
+        cells = (f"{c[rule][0]:.1f}, {c[rule][1]:.2f}" if rule in c else "" for _, c in found)
+        line(f"`{rule}`", *cells)
+    pairs = [list(zip(*cost.values(), strict=True)) for _, cost in found]
+    line("all jobs", *(f"{sum(cpu):.0f}, {max(gb):.2f}" for cpu, gb in pairs))
+    line("the whole run, s", *(f"{wall:.0f}" for wall, _ in found))
 
 
 def dry_runs(sizes: list[float]) -> None:
     """Print how long Snakemake takes to plan, a column a number of rows."""
-    print(f"| dry run | {' | '.join(f'{size:g} rows, s' for size in sizes)} |")
-    print("|---" * (len(sizes) + 1) + "|")
+    head("dry run", *(f"{size:g} rows, s" for size in sizes))
     for kind in ("simulated", "files"):
         seconds = []
         for size in sizes:
@@ -152,15 +143,16 @@ def dry_runs(sizes: list[float]) -> None:
                 folder, paths = Path(name), [f"r{k}.c3d" for k in range(round(size))]
                 for path in paths if kind == "files" else []:
                     (folder / path).touch()
-                given = paths if kind == "files" else ["simulate:T40-10"] * round(size)
-                rows = [(f"r{k}", path, 2) for k, path in enumerate(given)]
+                rows = [(path[:-4], path, "M1;M2") for path in paths]
+                if kind == "simulated":
+                    rows = [(path[:-4], "simulate:T40-10", "") for path in paths]
                 seconds.append(run(folder, rows, "--dry-run"))
-        print(f"| {kind} | {' | '.join(f'{s:.1f}' for s in seconds)} |")
+        line(kind, *(f"{s:.1f}" for s in seconds))
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(prog="scale.py", description=__doc__.splitlines()[0])
-    parser.add_argument("kind", choices=("hours", "markers", "recordings", "rows"))
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("kind", choices=("hours", "markers", "rows"))
     parser.add_argument("size", nargs="+", type=float)
     parser.add_argument("--csv", type=Path, help="file of the costs that scale_figure.py draws")
     asked = parser.parse_args()

@@ -1,6 +1,6 @@
 """Figure of docs/scale.md: processor time and memory as recordings grow longer, or more.
 
-    python benchmarks/scale_figure.py docs/scale.csv docs/scale
+    python -m benchmarks.scale_figure docs/scale.csv docs/scale
 
 The table has a row a rule and size (`scale.py hours 1 3 9 --csv docs/scale.csv`).
 """
@@ -10,7 +10,6 @@ from __future__ import annotations
 import csv
 import sys
 from collections import defaultdict
-from collections.abc import Sequence
 from pathlib import Path
 
 from matplotlib.axes import Axes
@@ -32,7 +31,6 @@ from mocap_metrology.present.plot.figure import (
 KINDS = {
     "hours": ("Two markers at 120 Hz", "Duration (h)"),
     "markers": ("Ten minutes at 120 Hz", "Markers"),
-    "recordings": ("Two markers, ten minutes each", "Recordings"),
 }
 RULES = ("clean", "noise", "verdict")  # the most expensive ones
 TOTAL = "all jobs"
@@ -94,9 +92,5 @@ def _panel(
     log_axes(axes, ((min(sizes) / 1.5, max(sizes) * 1.5), limits))
 
 
-def main(given: Sequence[str]) -> None:
-    save(figure(Path(given[0])), given[1])
-
-
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    save(figure(Path(sys.argv[1])), sys.argv[2])

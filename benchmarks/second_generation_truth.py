@@ -30,6 +30,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.poses import error, lengths, mahalanobis
 from benchmarks.second_generation import drawn, with_zeros
 from mocap_metrology.calibration.pose import pose
 from mocap_metrology.calibration.sweeps import Entry, sweeps
@@ -45,7 +46,7 @@ from mocap_metrology.lighthouse.calibrate.scene import Scene, Sensors
 from mocap_metrology.lighthouse.calibrate.setup import by_setup
 from mocap_metrology.lighthouse.decode.factory_file import stations_to_json
 from mocap_metrology.lighthouse.records import COVARIANCE_UNITS, Station
-from mocap_metrology.lighthouse.rotation import error, from_angles
+from mocap_metrology.lighthouse.rotation import from_angles
 from mocap_metrology.lighthouse.simulate.motion import facing_to
 from mocap_metrology.lighthouse.simulate.turns import (
     MadeTurns,
@@ -195,10 +196,9 @@ def _judged(seed: int, with_length: bool, folder: Path) -> tuple[float, float, f
     (station,) = pairs(read_pose_json(folder / "pose.json")).values()
     entry_of = chosen_pose(station)
     R, t = matrix_and_metres(entry_of)
-    off = np.r_[1e3 * (t - made.twin.t[1]), np.degrees(error(R, made.twin.R[1]))]
-    m2 = float(off @ np.linalg.solve(np.array(entry_of["covariance"]), off))
+    off = error(R, t, made.twin.R[1], made.twin.t[1])
     word = json.loads((folder / "pose.json").read_text())["verdict"]["word"]
-    return float(np.linalg.norm(off[:3])), float(np.linalg.norm(off[3:])), m2, word
+    return *lengths(off), mahalanobis(off, np.array(entry_of["covariance"])), word
 
 
 if __name__ == "__main__":

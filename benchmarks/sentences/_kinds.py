@@ -102,11 +102,6 @@ def levelled(kind: Kind, factor: Callable[[np.ndarray], np.ndarray]) -> Kind:
     return lambda rng, n, rate_hz: kind(rng, n, rate_hz) * factor(np.linspace(0, 1, n))
 
 
-FALLING = {
-    "level falls by 15 %": lambda t: 1 - 0.15 * t,
-    "level rises by 30 %": lambda t: 1 + 0.3 * t,
-}
-
 # Unfiltered and Gaussian
 PLAIN: dict[str, Kind] = {
     "white": white,
@@ -190,28 +185,17 @@ FILTERS = {
 
 
 def fill(x: np.ndarray, starts: np.ndarray, size: int, how: str) -> np.ndarray:
-    """(n,) with `size` frames from each start on filled: `linear`, `cubic` spline, `pchip`, or
-    `order 3` and `order 5`, polynomials through as many samples on both sides."""
-    from scipy.interpolate import CubicSpline, PchipInterpolator
-
+    """(n,) with `size` frames from each start on filled: `linear`, or by a polynomial (`order 3`,
+    `order 5`) through eight samples on both sides."""
     out = x.copy()
     for first in starts:
         last = first + size
-        few = 8
-        at = np.r_[first - few : first, last : last + few]
-        gap = np.arange(first, last)
+        at, gap = np.r_[first - 8 : first, last : last + 8], np.arange(first, last)
         if how == "linear":
             out[gap] = np.interp(gap, at, x[at])
-        elif how == "held":
-            out[gap] = x[first - 1]
-        elif how == "cubic":
-            out[gap] = CubicSpline(at, x[at])(gap)
-        elif how == "pchip":
-            out[gap] = PchipInterpolator(at, x[at])(gap)
         else:
-            order = int(how.split()[1])
-            middle, half = (first + last) / 2, size / 2 + few
-            fitted = np.polynomial.Polynomial.fit((at - middle) / half, x[at], order)
+            middle, half = (first + last) / 2, size / 2 + 8
+            fitted = np.polynomial.Polynomial.fit((at - middle) / half, x[at], int(how[-1]))
             out[gap] = fitted((gap - middle) / half)
     return out
 

@@ -13,8 +13,11 @@ and real changes by a tenth and by a half.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
+from benchmarks.sentences import Row, percent
 from mocap_metrology.common.hampel import hampel, taken_at_most
 from mocap_metrology.noise.allan.confidence import allan_curve
 from mocap_metrology.noise.allan.variance import averaging_factors
@@ -29,17 +32,17 @@ from mocap_metrology.present.changes import sentences
 RATE = 120.0
 RANGES = {"1 to 10": (1, 10), "11 to 100": (11, 100), "101 to 1000": (101, 1000)}
 RANGES |= {"above": (1001, 10**9)}
-BEFORE = {"1 to 10": 0, "11 to 100": 0, "101 to 1000": 53, "above": 71}  # %, of the curve shown
 COMPARE = {"margin": 0.05, "alpha": 0.01, "confidence": 0.95}
 SIGMAS = (0.02, 0.03, 0.04, 0.05)
 
 
-def rows(n: int) -> list[tuple]:
+def rows(n: int) -> Iterator[Row]:
     """Both tables."""
-    return [*_curves(9.0 if n >= 100 else 1.0), *_pairs(n)]
+    yield from _curves(9.0 if n >= 100 else 1.0)
+    yield from _pairs(n)
 
 
-def _curves(hours: float) -> list[tuple]:
+def _curves(hours: float) -> Iterator[Row]:
     held = {kind: {name: [] for name in RANGES} for kind in ("shown", "cleaned")}
     for number, key in enumerate(published_keys()):
         models = published_row(*key)
@@ -54,14 +57,10 @@ def _curves(hours: float) -> list[tuple]:
         print(f"{number + 1} rows: {told}", flush=True)
     count = len(published_keys()) * len(COORDINATES)
     reach = {"shown": "63 to 75 %", "cleaned": ">= 68 %"}
-    return [
-        (
-            f"{kind} curve, {hours:g} h, m {label}", "68.3 % interval holds", count, reach[kind],
-            f"{BEFORE[label]} %", f"{100 * np.mean(inside):.0f} %",
-        )
-        for kind, of in held.items()
-        for label, inside in of.items()
-    ]  # fmt: skip
+    for kind, of in held.items():
+        for label, inside in of.items():
+            case = f"{kind} curve, {hours:g} h, m {label}"
+            yield case, "68.3 % interval holds", count, reach[kind], percent(inside)
 
 
 def _inside(series: np.ndarray, model) -> dict[str, tuple[np.ndarray, np.ndarray]]:
@@ -77,24 +76,19 @@ def _inside(series: np.ndarray, model) -> dict[str, tuple[np.ndarray, np.ndarray
     return found
 
 
-def _pairs(n: int) -> list[tuple]:
-    made = []
-    for step, before in ((0.05, "21 of 48"), (0.1, "48 of 48")):
-        changed, _ = _called(n, step, 1.0)
-        limited = [s for s in SIGMAS if s < 0.5 * step + 1e-9]
-        made.append(
-            (f"unchanged pairs, steps of {step} mm", "called changed", n, "0", before, changed)
-        )
-        case = f"unchanged pairs, steps of {step} mm, noise up to half a step"
-        told = _called(n, step, 1.0, limited)[1]
-        made.append((case, "resolution decides, reported", n, "all", 0, told))
+def _pairs(n: int) -> Iterator[Row]:
+    decides = "resolution decides, reported"
+    for step in (0.05, 0.1):
+        case = f"unchanged pairs, steps of {step} mm"
+        yield case, "called changed", n, "0", f"{_called(n, step, 1.0)[0]}"
+        told = _called(n, step, 1.0, [s for s in SIGMAS if s < 0.5 * step + 1e-9])[1]
+        yield f"{case}, noise up to half a step", decides, n, "all", f"{told}"
     for factor in (1.1, 1.5):
         for step in (0.0, 0.01):
-            changed, said = _called(n, step, factor)
+            changed, told = _called(n, step, factor)
             case = f"noise {factor:g} times, steps of {step} mm"
-            made.append((case, "called changed", n, ">= 95 %", n, changed))
-            made.append((case, "resolution decides, reported", n, "0", 0, said))
-    return made
+            yield case, "called changed", n, ">= 95 %", f"{changed}"
+            yield case, decides, n, "0", f"{told}"
 
 
 def _called(n: int, step: float, factor: float, sigmas=SIGMAS) -> tuple[int, int]:

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from benchmarks.sentences import Row, percent
 from mocap_metrology.noise.fit.spectral.likelihood import likelihood
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
@@ -32,11 +33,6 @@ SLOW = {
 NAMES = ("h_-2", "drift", "A_w", "T_w")
 LENGTHS = ((60_000, 100.0), (72_000, 120.0), (90_000, 100.0), (108_000, 120.0))
 NINE_HOURS = ((3_240_000, 0.01),)
-
-
-def no_part(rng: np.random.Generator) -> dict[str, float]:
-    """Nothing under the noise."""
-    return {}
 
 
 def straight(rng: np.random.Generator) -> dict[str, float]:
@@ -98,51 +94,8 @@ def is_walk(c: object) -> bool:
     return isinstance(c, PowerLaw) and c.alpha == -2
 
 
-def percent(flags: list[bool]) -> str:
-    """`93 %`, or nothing."""
-    return f"{100 * np.mean(flags):.0f} %" if flags else ""
-
-
-# (case, statistic) at 8b8d0af, of the same 100 recordings each
-BEFORE: dict[tuple[str, str], str] = {
-    ("white, straight drift", "h_-2 holds"): "0 %",
-    ("white, warm-up 60 s", "h_-2 holds"): "0 %",
-    ("white, warm-up 300 s", "h_-2 holds"): "0 %",
-    ("white + flicker, straight drift", "h_-2 holds"): "7 %",
-    ("white + flicker, warm-up 60 s", "h_-2 holds"): "18 %",
-    ("white + flicker, warm-up 300 s", "h_-2 holds"): "32 %",
-    ("white + random walk, straight drift", "h_-2 holds"): "91 %",
-    ("white + random walk, warm-up 60 s", "h_-2 holds"): "58 %",
-    ("white + random walk, warm-up 300 s", "h_-2 holds"): "91 %",
-    ("white + Gauss-Markov 1 s, straight drift", "h_-2 holds"): "13 %",
-    ("white + Gauss-Markov 1 s, warm-up 60 s", "h_-2 holds"): "28 %",
-    ("white + Gauss-Markov 1 s, warm-up 300 s", "h_-2 holds"): "39 %",
-    ("white, no drift", "h_-2 holds"): "100 %",
-    ("white, no drift", "h_-2 found"): "0 %",
-    ("white + flicker, no drift", "h_-2 holds"): "100 %",
-    ("white + flicker, no drift", "h_-2 found"): "0 %",
-    ("white + random walk, no drift", "h_-2 holds"): "91 %",
-    ("white + random walk, no drift", "h_-2 found"): "99 %",
-    ("white + Gauss-Markov 1 s, no drift", "h_-2 holds"): "100 %",
-    ("white + Gauss-Markov 1 s, no drift", "h_-2 found"): "1 %",
-    ("white + weak random walk, no drift", "h_-2 holds"): "88 %",
-    ("white + weak random walk, no drift", "h_-2 found"): "97 %",
-    ("white + Gauss-Markov 30 s, no drift", "h_-2 holds"): "89 %",
-    ("white + Gauss-Markov 30 s, no drift", "h_-2 found"): "13 %",
-    ("white + Gauss-Markov 300 s, no drift", "h_-2 holds"): "6 %",
-    ("white + Gauss-Markov 300 s, no drift", "h_-2 found"): "94 %",
-    ("nine hours, warm-up 300 s", "h_-2 holds"): "85 %",
-    ("nine hours, none, no drift", "h_-2 holds"): "85 %",
-    ("nine hours, none, no drift", "h_-2 found"): "100 %",
-}
-
-
-def _row(case: str, statistic: str, n: int, reach: str, value: str) -> tuple:
-    return case, statistic, n, reach, BEFORE.get((case, statistic), ""), value
-
-
-def rows(n: int) -> Iterator[tuple]:
-    """(case, statistic, runs, reach, at 8b8d0af, measured)."""
+def rows(n: int) -> Iterator[Row]:
+    """n recordings a case, n / 5 of nine hours."""
     parts = {
         "straight drift": (straight, ("drift",)),
         "warm-up 60 s": (warm_up(60.0), ("A_w", "T_w")),
@@ -152,36 +105,34 @@ def rows(n: int) -> Iterator[tuple]:
         for j, (name, (part_of, own)) in enumerate(parts.items()):
             yield from _case(f"{noise}, {name}", study(model, part_of, n, 100 * i + j), own, n)
     for i, (noise, model) in enumerate((NOISES | SLOW).items()):
-        found = study(model, no_part, n, 1000 + i)
+        found = study(model, lambda rng: {}, n, 1000 + i)
         yield from _without(noise, found, n, any(map(is_walk, model.components)))
     few = max(n // 5, 2)
     walk = NOISES["white + random walk"]
     for name, part_of, own in (
         ("nine hours, warm-up 300 s", warm_up(300.0), ("A_w", "T_w")),
-        ("nine hours, none", no_part, ()),
+        ("nine hours, none", lambda rng: {}, ()),
     ):
         found = study(walk, part_of, few, 2000, NINE_HOURS)
         yield from _case(name, found, own, few) if own else _without(name, found, few, True)
 
 
-def _case(case: str, found: dict[str, list], own: tuple[str, ...], n: int) -> Iterator[tuple]:
+def _case(case: str, found: dict[str, list], own: tuple[str, ...], n: int) -> Iterator[Row]:
     for name in NAMES:
         if found[name]:
-            yield _row(case, f"{name} holds", n, ">= 90 %", percent([h for _, h, _ in found[name]]))
+            yield case, f"{name} holds", n, ">= 90 %", percent(h for _, h, _ in found[name])
     for name in own:
         if found[name]:
-            yield _row(case, f"{name} found", n, "", percent([d for d, _, _ in found[name]]))
+            yield case, f"{name} found", n, "", percent(d for d, _, _ in found[name])
             wide = [w for d, _, w in found[name] if d]
             if wide:
-                yield _row(case, f"{name} width/bound", n, "<= 1.5", f"{np.median(wide):.2f}")
+                yield case, f"{name} width/bound", n, "<= 1.5", f"{np.median(wide):.2f}"
 
 
-def _without(noise: str, found: dict[str, list], n: int, walks: bool) -> Iterator[tuple]:
+def _without(noise: str, found: dict[str, list], n: int, walks: bool) -> Iterator[Row]:
     case = f"{noise}, no drift"
     both = zip(found["drift"], found["A_w"], strict=True)
-    yield _row(
-        case, "drift or warm-up found", n, "<= 5 %", percent([a[0] or b[0] for a, b in both])
-    )
-    held = percent([h for _, h, _ in found["h_-2"]])
-    yield _row(case, "h_-2 holds", n, ">= 90 %" if walks else "", held)
-    yield _row(case, "h_-2 found", n, "", percent([d for d, _, _ in found["h_-2"]]))
+    yield case, "drift or warm-up found", n, "<= 5 %", percent(a[0] or b[0] for a, b in both)
+    held = percent(h for _, h, _ in found["h_-2"])
+    yield case, "h_-2 holds", n, ">= 90 %" if walks else "", held
+    yield case, "h_-2 found", n, "", percent(d for d, _, _ in found["h_-2"])

@@ -5,37 +5,30 @@ Recordings as in `events`. All cases except white noise that falls by 15 % have 
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterator
 
 import numpy as np
 
-from benchmarks.sentences import _kinds as kinds
-from benchmarks.sentences import events
+from benchmarks.sentences import Row, events
+from benchmarks.sentences._kinds import Kind, levelled, student, white
 
-SLOW: dict[str, kinds.Kind] = {
-    "falls by 15 %": kinds.levelled(kinds.white, lambda t: 1 - 0.15 * t),
-    "Student t4, falls by 15 %": kinds.levelled(kinds.student(4.0), lambda t: 1 - 0.15 * t),
-    "rises by 30 %": kinds.levelled(kinds.white, lambda t: 1 + 0.3 * t),
-    "warms up": kinds.levelled(kinds.white, lambda t: 1 + 0.3 * np.exp(-6 * t)),
-    "comes back": kinds.levelled(kinds.white, lambda t: 1 + 0.2 * np.sin(2 * np.pi * t)),
+SLOW: dict[str, Kind] = {
+    "falls by 15 %": levelled(white, lambda t: 1 - 0.15 * t),
+    "Student t4, falls by 15 %": levelled(student(4.0), lambda t: 1 - 0.15 * t),
+    "rises by 30 %": levelled(white, lambda t: 1 + 0.3 * t),
+    "warms up": levelled(white, lambda t: 1 + 0.3 * np.exp(-6 * t)),
+    "comes back": levelled(white, lambda t: 1 + 0.2 * np.sin(2 * np.pi * t)),
 }
 
 
-def rows(n: int) -> list[tuple[Any, ...]]:
-    """(case, statistic, runs, reach, at 8b8d0af, measured)."""
-    return slow(n, max(n // 5, 1))
-
-
-def slow(n: int, few: int) -> list[tuple[Any, ...]]:
-    told = []
+def rows(n: int) -> Iterator[Row]:
+    """Levels of each kind."""
     for name, kind in SLOW.items():
-        runs = n if name == "falls by 15 %" else few
+        runs, case = n if name == "falls by 15 %" else max(n // 5, 1), f"level {name}"
         found = [events.found_in(events.recorded(kind, [k])) for k in range(runs)]
-        alarms = [bool(e) for e, _, _ in found]
-        told.append(events.row(f"level {name}", "events", alarms, "<= 1 %"))
+        yield events.row(case, "events", [bool(e) for e, _, _ in found], "<= 1 %")
         named = [len(t) >= 6 for _, t, _ in found]
-        told.append(events.row(f"level {name}", "level_changes in 6 series", named, ">= 90 %"))
+        yield events.row(case, "level_changes in 6 series", named, ">= 90 %")
         if name == "falls by 15 %":
             held = [one.lower < -0.15 < one.upper for _, t, _ in found for one in t]
-            told.append(events.row(f"level {name}", "95 % interval holds", held, "90-99 %"))
-    return told
+            yield events.row(case, "95 % interval holds", held, "90-99 %")

@@ -17,6 +17,7 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from benchmarks.sentences import Row, percent
 from mocap_metrology.noise.fit.spectral.detrend import without_part
 from mocap_metrology.noise.fit.spectral.fisher import crlb, spectrum_of
 from mocap_metrology.noise.fit.spectral.intervals import coefficients
@@ -45,52 +46,9 @@ KINDS = {
     "Gauss-Markov 1 s and 300 s": {"q_c1": 0.022, "T_c1": 1.0, "q_c2": 0.0013, "T_c2": 300.0},
     "random walk and Gauss-Markov 10 s": {"h_-2": 5e-9, "q_c1": 0.007, "T_c1": 10.0},
 }
-# At commit 8b8d0af: the share of 95 % intervals and limits that hold (20 recordings a kind)
-BEFORE = {
-    ("154 published series", "T_c"): "89 %",
-    ("154 published series", "h_-1"): "92 %",
-    ("154 published series", "h_-2"): "69 %",
-    ("154 published series", "h_0"): "85 %",
-    ("154 published series", "h_1"): "90 %",
-    ("154 published series", "h_2"): "98 %",
-    ("154 published series", "q_c"): "91 %",
-    ("white", "h_0"): "80 %",
-    ("white", "right"): "100 %",
-    ("white, 2 min", "h_0"): "95 %",
-    ("white, 2 min", "right"): "90 %",
-    ("random walk", "h_-2"): "95 %",
-    ("random walk", "h_0"): "100 %",
-    ("random walk", "right"): "100 %",
-    ("weak random walk", "h_-2"): "100 %",
-    ("weak random walk", "h_0"): "100 %",
-    ("weak random walk", "right"): "40 %",
-    ("flicker", "h_-1"): "95 %",
-    ("flicker", "h_0"): "90 %",
-    ("flicker", "right"): "100 %",
-    ("weak flicker", "h_-1"): "90 %",
-    ("weak flicker", "h_0"): "95 %",
-    ("weak flicker", "right"): "30 %",
-    ("Gauss-Markov 1 s", "T_c"): "95 %",
-    ("Gauss-Markov 1 s", "h_0"): "100 %",
-    ("Gauss-Markov 1 s", "q_c"): "90 %",
-    ("Gauss-Markov 1 s", "right"): "100 %",
-    ("weak Gauss-Markov 1 s", "T_c"): "100 %",
-    ("weak Gauss-Markov 1 s", "h_0"): "100 %",
-    ("weak Gauss-Markov 1 s", "q_c"): "100 %",
-    ("weak Gauss-Markov 1 s", "right"): "100 %",
-    ("Gauss-Markov 1 s and 300 s", "T_c"): "100 %",
-    ("Gauss-Markov 1 s and 300 s", "h_0"): "95 %",
-    ("Gauss-Markov 1 s and 300 s", "q_c"): "95 %",
-    ("Gauss-Markov 1 s and 300 s", "right"): "10 %",
-    ("random walk and Gauss-Markov 10 s", "T_c"): "90 %",
-    ("random walk and Gauss-Markov 10 s", "h_-2"): "100 %",
-    ("random walk and Gauss-Markov 10 s", "h_0"): "100 %",
-    ("random walk and Gauss-Markov 10 s", "q_c"): "90 %",
-    ("random walk and Gauss-Markov 10 s", "right"): "5 %",
-}
 
 
-def rows(n: int) -> Iterator[tuple]:
+def rows(n: int) -> Iterator[Row]:
     """n recordings of each kind; n / 100 of each published series, one at least."""
     yield from _published(max(n // 100, 1))
     for kind in KINDS:
@@ -112,7 +70,12 @@ class Tally:
         for name, true in truth.items():
             if name[0] == "h" and name in found:
                 self._judge(name, found[name], true, bounds[name])
-        for mine, theirs in _pairs(found, truth, bounds):
+        sure = {
+            k: true
+            for k, true in truth.items()
+            if all(bounds[of] < truth[of] for of in (k, k.replace("T_c", "q_c")))
+        }
+        for mine, theirs in paired({k: c.value for k, c in found.items() if c.detected}, sure):
             for kind in ("q_c", "T_c"):
                 true = theirs.replace("T_c", kind)
                 self._judge(kind, found[mine.replace("T_c", kind)], truth[true], bounds[true])
@@ -123,30 +86,23 @@ class Tally:
         if c.detected and self.right[-1]:
             self.width[name].append((c.upper_95 - c.lower_95) / (3.92 * bound))
 
-    def rows(self, case: str) -> Iterator[tuple]:
+    def rows(self, case: str) -> Iterator[Row]:
         """Of one case."""
         for name in sorted(self.held):
             held = self.held[name]
             said = f"95 % intervals and limits of {name} hold"
-            share = f"{100 * np.mean(held):.0f} %"
-            yield case, said, len(held), REACH, BEFORE.get((case, name), ""), share
-            if self.width.get(name):
-                width = f"{np.median(self.width[name]):.2f}"
-                yield case, f"width of {name} / bound", len(self.width[name]), WIDTH, "1", width
+            yield case, said, len(held), REACH, percent(held)
+            if width := self.width.get(name):
+                middle = f"{np.median(width):.2f}"
+                yield case, f"width of {name} / bound", len(width), WIDTH, middle
 
 
-def _pairs(found: dict, truth: dict, bounds: dict) -> list[tuple[str, str]]:
-    mine = [k for k, c in found.items() if k.startswith("T_c") and c.detected]
-    theirs = [
-        k
-        for k in truth
-        if k.startswith("T_c")
-        and bounds[k] < truth[k]
-        and bounds[f"q_c{k[3:]}"] < truth[f"q_c{k[3:]}"]
-    ]
+def paired(values: dict[str, float], truth: dict[str, float]) -> list[tuple[str, str]]:
+    """Names of the T_c of Gauss-Markov terms and of the true ones they stand for."""
+    mine, theirs = ([k for k in own if k.startswith("T_c")] for own in (values, truth))
     if not (mine and theirs):
         return []
-    apart = np.abs(np.log([[found[a].value / truth[b] for b in theirs] for a in mine]))
+    apart = np.abs(np.log([[values[a] / truth[b] for b in theirs] for a in mine]))
     return [
         (mine[i], theirs[j])
         for i, j in zip(*linear_sum_assignment(np.minimum(apart, 10)), strict=True)
@@ -154,7 +110,7 @@ def _pairs(found: dict, truth: dict, bounds: dict) -> list[tuple[str, str]]:
     ]
 
 
-def _published(n: int) -> Iterator[tuple]:
+def _published(n: int) -> Iterator[Row]:
     tally = Tally()
     for camera_type, cameras in published_keys():
         for series in SERIES:
@@ -185,7 +141,7 @@ def _of_periodogram(data: Periodogram):
     return coefficients(data, fit, None, None, 4, False, near, cost)
 
 
-def _kind(kind: str, n: int) -> Iterator[tuple]:
+def _kind(kind: str, n: int) -> Iterator[Row]:
     frames = 12_000 if kind.endswith("2 min") else 90_000
     truth = NoiseModel.from_coefficients({"h_0": H0, **KINDS[kind]})
     bounds, tally = crlb(truth, frames, 100), Tally()
@@ -195,5 +151,4 @@ def _kind(kind: str, n: int) -> Iterator[tuple]:
             found = likelihood(series, 100).estimate.coefficients
             tally.add({c.parameter: c for c in found}, truth.coefficients(), bounds)
     yield from tally.rows(kind)
-    share = f"{100 * np.mean(tally.right):.0f} %"
-    yield kind, "true model chosen", len(tally.right), "", BEFORE.get((kind, "right"), ""), share
+    yield kind, "true model chosen", len(tally.right), "", percent(tally.right)

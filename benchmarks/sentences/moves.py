@@ -7,10 +7,12 @@ span more than 2 mm) on the same recordings.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Sequence
+
 import numpy as np
 from scipy.signal import butter, lfilter, sosfiltfilt
 
-from mocap_metrology.noise.gaussian.two_markers import median_drift
+from benchmarks.sentences import Row
 from mocap_metrology.noise.motion.movement import movement
 from mocap_metrology.noise.twins.published import published_row
 from mocap_metrology.noise.twins.simulate import simulate
@@ -58,16 +60,16 @@ def _noise(rng):
     return SIGMA * rng.normal(size=N)
 
 
-def _at(rng):
+def _later(rng):
     return rng.uniform(60, 540) < T
 
 
 def _step(rng):
-    return _noise(rng) + 5 * SIGMA * _at(rng)
+    return _noise(rng) + 5 * SIGMA * _later(rng)
 
 
 def _push(rng):
-    return _noise(rng) + 2.0 * _at(rng)
+    return _noise(rng) + 2.0 * _later(rng)
 
 
 STILL = {
@@ -104,41 +106,32 @@ MOVED = {
 }
 
 
-def rows(n: int) -> list[tuple]:
-    """Still ones first."""
-    made = []
+def rows(n: int) -> Iterator[Row]:
+    """Still ones first; the shock is S's, an event and no movement."""
     for reach, kinds in (("0", STILL), (">= 95 %", MOVED)):
         for number, (case, draw) in enumerate(kinds.items()):
             rng = np.random.default_rng([number, len(reach)])
-            told = [_told([draw(rng)], RATE) for _ in range(n)]
-            made.append((case, "reported as moving", n, reach, *np.sum(told, axis=0).tolist()))
-    made.append(_nine_hours(max(n // 5, 1)))
-    made += [_twins(n, "Bonita", cameras, "0") for cameras in (2, 3, 4, 5)]
-    return [*made, _twins(n, "Vantage", 9, "0", Crump(0.5, 4.0, 3.0, time_share=0.5))]
+            yield _row(case, ([draw(rng)] for _ in range(n)), reach, RATE)
+    few, rng, frames = max(n // 5, 1), np.random.default_rng(9), round(9 * 3600 * RATE)
+    drawn = ([_walk(rng, 0.255, frames) + SIGMA * rng.normal(size=frames)] for _ in range(few))
+    yield _row("walk of 0.255 mm/h, nine hours", drawn, "0", RATE)
+    for cameras in (2, 3, 4, 5):
+        yield _row(f"twin of Bonita-{cameras}", _twins(n, "Bonita", cameras), "0", 120.0)
+    shaken = _twins(n, "Vantage", 9, Crump(0.5, 4.0, 3.0, time_share=0.5))
+    yield _row("twin of Vantage-9 with a shock", shaken, "0", 120.0)
 
 
-def _told(coordinates, rate: float) -> tuple[bool, bool]:
-    """Said to move by the rule at 8b8d0af, and now."""
-    before = any(median_drift(axis, rate).range > 2.0 for axis in coordinates)
-    return before, any(movement(axis, rate, 2.0, 3600.0).moves for axis in coordinates)
+def _row(
+    case: str, drawn: Iterable[Sequence[np.ndarray]], reach: str, rate_hz: float = RATE
+) -> Row:
+    """How many recordings, of one coordinate or six, are said to move."""
+    found = [any(movement(x, rate_hz, 2.0, 3600.0).moves for x in one) for one in drawn]
+    return case, "reported as moving", len(found), reach, f"{sum(found)}"
 
 
-def _nine_hours(n: int) -> tuple:
-    frames = round(9 * 3600 * RATE)
-    rng = np.random.default_rng(9)
-    told = [
-        _told([_walk(rng, 0.255, frames) + SIGMA * rng.normal(size=frames)], RATE) for _ in range(n)
-    ]
-    case = "walk of 0.255 mm/h, nine hours"
-    return case, "reported as moving", n, "0", *np.sum(told, axis=0).tolist()
-
-
-def _twins(n: int, kind: str, cameras: int, reach: str, shock: Crump | None = None) -> tuple:
-    """Of a published row, ten minutes; the shock is S's, an event and no movement."""
-    told = []
+def _twins(n: int, kind: str, cameras: int, shock: Crump | None = None) -> Iterator[np.ndarray]:
+    """Of a published row, ten minutes."""
     for seed in range(n):
         models = published_row(kind, cameras)
         twin = Twin("moves", seed, models, duration_s=600.0, crump=shock)
-        told.append(_told(simulate(twin).position_mm.reshape(6, -1), 120.0))
-    case = f"twin of {kind}-{cameras}{' with a shock' if shock else ''}"
-    return case, "reported as moving", n, reach, *np.sum(told, axis=0).tolist()
+        yield simulate(twin).position_mm.reshape(6, -1)

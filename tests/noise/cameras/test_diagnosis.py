@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from benchmarks import failing_camera
 from benchmarks.failing_camera import wishart_blocks
 from mocap_metrology.noise.cameras.diagnosis import N_BLOCKS, Estimate, Moments, additions, diagnose
 from mocap_metrology.noise.cameras.scaling import fit_scaling, law
@@ -139,15 +140,10 @@ SUBSETS = ("each left out once", "one at a time", "as S: 2 3 4 5 6 8 10", APART)
     [pytest.param(one, time, marks=[pytest.mark.study] if (k, time) != (0, "10 min") else [])
      for k, one in enumerate(SUBSETS) for time in ("10 min", "9 h")],
 )  # fmt: skip
-def test_a_camera_twice_as_noisy_is_named_and_no_sound_one(
-    root, monkeypatch, subsets: str, duration: str
-) -> None:
+def test_a_camera_twice_as_noisy_is_named_and_no_sound_one(subsets: str, duration: str) -> None:
     """Of 100 takes it is named in 97 or more (where frames are not shared, the greatest rise is at
     its addition in 92), and of a sound take anything is said in one at most. Of 20 draws so, fewer
     than 16 (14) are right, or more than 2 wrong, in one of a thousand."""
-    monkeypatch.syspath_prepend(str(root / "benchmarks"))
-    import failing_camera
-
     right, least = ("raised", 70) if subsets == APART else ("found", 80)
     for line in failing_camera.run(subsets, TWINS, 1, duration, SPREAD):
         found = dict(zip(failing_camera.HEAD, line, strict=True))

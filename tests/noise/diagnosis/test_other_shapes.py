@@ -93,7 +93,7 @@ OTHER = {
         only("cycle"),
     ),
     "stretched exponential": (lambda r: 0.4 * np.exp(-np.sqrt(T / 60)), only("slowing")),
-    "two levels": (KINDS["two levels"][0], only("two_levels")),
+    "two levels": (lambda r: KINDS["two levels"][0](r, T), only("two_levels")),
     "clicks": (clicks, lambda found: not found.of & {"levels", "step", "shift"}),
     "fast approaches": (warm(6.0, 20.0), lambda found: found.kinds == ("slowing",)),
     "less fast": (warm(12.0, 60.0), lambda found: found.kinds == ("slowing",)),

@@ -19,25 +19,13 @@ from benchmarks.joint_calibration import CASES, by_batch, recorded
 from benchmarks.poses import lengths, off
 from mocap_metrology.common.files import write_csv
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
+from mocap_metrology.present.plot import figure as plot
 from mocap_metrology.present.plot.curves import log_limits
-from mocap_metrology.present.plot.figure import (
-    INK,
-    LOOKS,
-    Picture,
-    Texts,
-    legend_below,
-    letters,
-    log_axis,
-    new_figure,
-    panel_title,
-    save,
-    styled,
-)
 
 SETUPS, RECORDINGS = 10, 5
 CASE = CASES["real noise"]
 SETTINGS = CalibrationSettings(estimators=["paper-lm"], optics=["factory"], variant="crazyflie")
-LOOK = {"batch": LOOKS["x"], "paper-lm": LOOKS["y"]}
+LOOK = {"batch": plot.LOOKS["x"], "paper-lm": plot.LOOKS["y"]}
 PARTS = {"mm": "Position", "deg": "Rotation"}
 WIDTH = 0.17  # of a recording, in setups
 HEIGHT_MM = 150.0
@@ -67,7 +55,7 @@ def column(rows: Rows, name: str) -> np.ndarray:
 
 def draw(axes: Axes, rows: Rows, unit: str) -> None:
     """Errors and bound of each recording, side by side within its setup."""
-    panel_title(axes, PARTS[unit])
+    plot.panel_title(axes, PARTS[unit])
     at = 1 + column(rows, "setup") + WIDTH * (column(rows, "recording") - (RECORDINGS - 1) / 2)
     shown = [least := column(rows, f"bound_{unit}")]
     for k, (name, look) in enumerate(LOOK.items()):
@@ -84,28 +72,28 @@ def draw(axes: Axes, rows: Rows, unit: str) -> None:
         how = {"ms": 3.6, "mew": 0.9, "zorder": 4 - k, "label": text}
         axes.plot(at, shown[-1], **look.line(ls="", **how))
     half = 0.45 * WIDTH
-    axes.hlines(least, at - half, at + half, color=INK, lw=1.6, label="Cramer-Rao bound (rms)")
-    log_axis(axes, "y", log_limits(shown, 1.3))
+    axes.hlines(least, at - half, at + half, color=plot.INK, lw=1.6, label="Cramer-Rao bound (rms)")
+    plot.log_axis(axes, "y", log_limits(shown, 1.3))
     axes.set(xticks=range(1, SETUPS + 1), xlim=(0.4, SETUPS + 0.6), xlabel="Setup")
     axes.set_ylabel(f"Error ({'mm' if unit == 'mm' else '°'})")
     axes.grid(visible=False, axis="x")
 
 
-@styled()
-def figure(path: Path) -> Picture:
+@plot.styled()
+def figure(path: Path) -> plot.Picture:
     """Position and rotation."""
     with path.open(encoding="utf-8") as file:
         rows = [{k: float(v) for k, v in row.items()} for row in csv.DictReader(file)]
     source = f"Simulated: {len(rows)} recordings with real noise (benchmarks/bound_figure.py)."
-    texts = Texts("Error of the slave's pose and its Cramer-Rao bound", source)
-    body = new_figure(texts, HEIGHT_MM)
+    texts = plot.Texts("Error of the slave's pose and its Cramer-Rao bound", source)
+    body = plot.new_figure(texts, HEIGHT_MM)
     panels = body.subplots(2, 1, sharex=True)
     for axes, unit in zip(panels, PARTS, strict=True):
         draw(axes, rows, unit)
     panels[0].set_xlabel("")
-    letters(panels)
-    legend_below(body, panels, 1)
-    return Picture(body, "Lengths of the error vectors; roots of the traces of the bounds.")
+    plot.letters(panels)
+    plot.legend_below(body, panels, 1)
+    return plot.Picture(body, "Lengths of the error vectors; roots of the traces of the bounds.")
 
 
 def main(table: str, stem: str) -> None:
@@ -113,7 +101,7 @@ def main(table: str, stem: str) -> None:
     if not path.exists():
         pairs = [(s, r) for s in range(SETUPS) for r in range(RECORDINGS)]
         write_csv(path, [measured(*pair) for pair in pairs])
-    save(figure(path), Path(stem))
+    plot.save(figure(path), Path(stem))
 
 
 if __name__ == "__main__":

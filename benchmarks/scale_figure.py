@@ -14,19 +14,7 @@ from pathlib import Path
 
 from matplotlib.axes import Axes
 
-from mocap_metrology.present.plot.figure import (
-    LOOKS,
-    OTHER_LOOKS,
-    Picture,
-    Texts,
-    legend_below,
-    letters,
-    log_axes,
-    new_figure,
-    panel_title,
-    save,
-    styled,
-)
+from mocap_metrology.present.plot import figure as plot
 
 KINDS = {
     "hours": ("Two markers at 120 Hz", "Duration (h)"),
@@ -35,7 +23,7 @@ KINDS = {
 RULES = ("clean", "noise", "verdict")  # the most expensive ones
 TOTAL = "all jobs"
 LABELS = {"cpu_s": "Processor time (s)", "gb": "Resident memory (GB)"}
-LOOK = {**dict(zip(RULES, LOOKS.values(), strict=True)), TOTAL: OTHER_LOOKS[0]}
+LOOK = {**dict(zip(RULES, plot.LOOKS.values(), strict=True)), TOTAL: plot.OTHER_LOOKS[0]}
 Point = dict[str, float]  # rule -> value
 HEIGHT_MM = 125.0
 
@@ -54,12 +42,14 @@ def measured(path: Path) -> dict[str, dict[float, dict[str, Point]]]:
     return found
 
 
-@styled()
-def figure(path: Path) -> Picture:
+@plot.styled()
+def figure(path: Path) -> plot.Picture:
     """Above the seconds, below the gigabytes of the largest job of a rule; a column a kind."""
     found = measured(path)
     kinds = [kind for kind in KINDS if kind in found]
-    body = new_figure(Texts("Cost of a run", "Measured by benchmarks/scale.py."), HEIGHT_MM)
+    body = plot.new_figure(
+        plot.Texts("Cost of a run", "Measured by benchmarks/scale.py."), HEIGHT_MM
+    )
     panels = body.subplots(len(LABELS), len(kinds), squeeze=False, sharey="row")
     for row, quantity in zip(panels, LABELS, strict=True):
         row[0].set_ylabel(LABELS[quantity])
@@ -73,11 +63,11 @@ def figure(path: Path) -> Picture:
         for axes, kind in zip(row, kinds, strict=True):
             _panel(axes, found[kind], quantity, limits)
     for top, bottom, kind in zip(panels[0], panels[-1], kinds, strict=True):
-        panel_title(top, KINDS[kind][0])
+        plot.panel_title(top, KINDS[kind][0])
         bottom.set_xlabel(KINDS[kind][1])
-    letters(panels.ravel())
-    legend_below(body, panels.ravel())
-    return Picture(body.figure, "Processor time and memory of the jobs of a run.")
+    plot.letters(panels.ravel())
+    plot.legend_below(body, panels.ravel())
+    return plot.Picture(body.figure, "Processor time and memory of the jobs of a run.")
 
 
 def _panel(
@@ -89,8 +79,8 @@ def _panel(
         )
         if points:
             axes.plot(*zip(*points, strict=True), label=rule, **look.line())
-    log_axes(axes, ((min(sizes) / 1.5, max(sizes) * 1.5), limits))
+    plot.log_axes(axes, ((min(sizes) / 1.5, max(sizes) * 1.5), limits))
 
 
 if __name__ == "__main__":
-    save(figure(Path(sys.argv[1])), sys.argv[2])
+    plot.save(figure(Path(sys.argv[1])), sys.argv[2])

@@ -91,7 +91,7 @@ KINDS: dict[str, w.Kind] = {
     "camera lost": kind(of.camera_lost, "step event level_changes", "moves"),
     "thermostat": in_x1(of.thermostat, "cycle wander", "line"),
     "two time constants": in_x1(
-        lambda r, t: 0.2 * np.exp(-t / 12) + 0.2 * np.exp(-t / 150), f"{SLOW} warm_up", "moves"
+        w.summed(w.decay(0.2, 12), w.decay(0.2, 150)), f"{SLOW} warm_up", "moves"
     ),
     "slips, ever rarer": in_x1(of.slips, "wander step", "event moves"),
     "warm for a while": in_x1(of.warm_for_a_while, "wander", "moves"),
@@ -133,9 +133,7 @@ KINDS: dict[str, w.Kind] = {
         w.lost(lambda r, t: (t + r.uniform(0, 3)) % 3 < 0.5, 2), good=False
     ),
     "filtered, with a line": kind(
-        w.then(w.added(0, lambda r, t: 0.03 * np.sin(2 * np.pi * 3.1 * t)), of.filtered(2, 6.0)),
-        "low_pass",
-        "line",
+        w.then(w.added(0, w.sine(0.03, 3.1)), of.filtered(2, 6.0)), "low_pass", "line"
     ),
     "gain as a saw": kind(
         w.louder(lambda r, t: 0.7 + 0.6 * ((t / 20 + r.uniform()) % 1)), "", f"{LOUD} recurring"
@@ -149,10 +147,7 @@ KINDS: dict[str, w.Kind] = {
         "event moves slowing warm_up",
     ),
     "warm-up and pause": kind(
-        w.then(
-            w.added(0, lambda r, t: 0.25 * np.exp(-t / 80)),
-            w.lost(lambda r, t: (t > 120) & (t < 180), 2),
-        ),
+        w.then(w.added(0, w.decay(0.25, 80)), w.lost(lambda r, t: (t > 120) & (t < 180), 2)),
         "warm_up wander slowing",
         "moves",
     ),
@@ -258,9 +253,7 @@ KINDS: dict[str, w.Kind] = {
     "ticks": in_x1(
         lambda r, t: 0.5 * (np.arange(t.size) % 500 == 250), "", "heavy_tails recurring line"
     ),
-    "antiphase": kind(
-        w.along([0, 1, 0, 0, -1, 0], lambda r, t: 0.04 * np.sin(2 * np.pi * 5.5 * t)), "line"
-    ),
+    "antiphase": kind(w.along([0, 1, 0, 0, -1, 0], w.sine(0.04, 5.5)), "line"),
     "edges of gaps": kind(of.edges_of_gaps, "", "event heavy_tails", good=False),
     "cut off": kind(lambda r, t, x: np.clip(x, -0.03, 0.03)),
     "common wander": kind(
@@ -268,9 +261,7 @@ KINDS: dict[str, w.Kind] = {
     ),
     "blue": kind(lambda r, t, x: np.diff(np.hstack([x, x[:, :1]]), axis=1) * 0.7 + 0.3 * x),
     "axes unlike": kind(lambda r, t, x: x * np.resize([1, 5, 0.2], (6, 1))),
-    "overshoot": in_x1(
-        lambda r, t: 0.3 * (np.exp(-t / 90) - np.exp(-t / 25)), "wander warm_up", "moves"
-    ),
+    "overshoot": in_x1(w.summed(w.decay(0.3, 90), w.decay(-0.3, 25)), "wander warm_up", "moves"),
     "drift and gap": kind(
         w.then(
             lambda r, t, x: x + np.linspace(0, 0.2, t.size),
@@ -309,7 +300,11 @@ KINDS: dict[str, w.Kind] = {
     "Savitzky-Golay of 51": kind(lambda r, t, x: signal.savgol_filter(x, 51, 3), "low_pass"),
     "wavelet": kind(of.wavelet, "repeated", "heavy_tails"),
     "coordinates held": kind(of.held_alone, "repeated", "heavy_tails"),
-    "warm-up, step and line": in_x1(of.three_causes, "step line", f"{SLOW} warm_up event"),
+    "warm-up, step and line": in_x1(
+        w.summed(w.decay(0.2, 80), w.step(0.1, 120, 250), w.sine(0.03, 6.3)),
+        "step line",
+        f"{SLOW} warm_up event",
+    ),
     "clicks that fade": in_x1(
         w.pulses(lambda r: np.cumsum(r.exponential(25, 30)), lambda s: 0.12 * np.exp(-s / 3)),
         "event wander",

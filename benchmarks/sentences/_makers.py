@@ -6,35 +6,25 @@ import numpy as np
 from scipy import ndimage, signal
 from scipy.interpolate import CubicSpline
 
-from benchmarks.sentences._waves import (
-    WHITE,
-    Make,
-    Noise,
-    Wave,
-    after,
-    dwelling,
-    ou,
-    placed,
-    pulses,
-    swept,
-)
+from benchmarks.sentences import _waves as w
+from benchmarks.sentences._waves import WHITE, Make, Noise, Wave
 
 
 def building(rng: Noise, t: np.ndarray) -> np.ndarray:
     """A hammer drill, for a while now and then."""
-    on = dwelling(3, 60, [0.0, 1.0])(rng, t)
+    on = w.dwelling(3, 60, [0.0, 1.0])(rng, t)
     return 0.025 * on * signal.lfilter([1], [1, -0.6, 0.8], rng.standard_normal(t.size))
 
 
 def gusts(rng: Noise, t: np.ndarray) -> np.ndarray:
     """A tent's wall: bursts of low-frequency shaking."""
-    strength, a = np.maximum(ou(rng, t, 12.0), 0), [1, -1.9 * np.cos(0.2), 0.9025]
+    strength, a = np.maximum(w.ou(rng, t, 12.0), 0), [1, -1.9 * np.cos(0.2), 0.9025]
     return 0.05 * strength * signal.lfilter([0.1], a, rng.standard_normal(t.size))
 
 
 def lamps(rng: Noise, t: np.ndarray) -> np.ndarray:
     """100 Hz of a grid that wanders, folded."""
-    f = 100 + 0.04 * ou(rng, t, 60.0)
+    f = 100 + 0.04 * w.ou(rng, t, 60.0)
     return 0.02 * np.sin(2 * np.pi * (np.cumsum(f) / 60 + rng.uniform()))
 
 
@@ -55,7 +45,7 @@ def leaning(rng: Noise, since: np.ndarray) -> np.ndarray:
 
 
 def faded(at: float) -> Wave:
-    return after(at, at + 20, lambda r, s: 0.1 * np.exp(-s / 8))
+    return w.after(at, at + 20, lambda r, s: 0.1 * np.exp(-s / 8))
 
 
 def slips(rng: Noise, t: np.ndarray) -> np.ndarray:
@@ -68,13 +58,8 @@ def warm_for_a_while(rng: Noise, t: np.ndarray) -> np.ndarray:
     return 0.15 * np.clip(np.minimum((t - up) / 50, (down - t) / 50 + 1), 0, 1)
 
 
-def three_causes(rng: Noise, t: np.ndarray) -> np.ndarray:
-    later = t > rng.uniform(120, 250)
-    return 0.2 * np.exp(-t / 80) + 0.1 * later + 0.03 * np.sin(2 * np.pi * 6.3 * t)
-
-
 def day_with_doors(rng: Noise, t: np.ndarray) -> np.ndarray:
-    doors = pulses(lambda r: r.uniform(0, 86400, 12), lambda s: np.exp(-s / 900))
+    doors = w.pulses(lambda r: r.uniform(0, 86400, 12), lambda s: np.exp(-s / 900))
     return 0.15 * np.sin(2 * np.pi * t / 86400) - 0.08 * doors(rng, t)
 
 
@@ -154,8 +139,8 @@ def threes(rng: Noise, t: np.ndarray, x: np.ndarray) -> np.ndarray:
 
 def person(rng: Noise, t: np.ndarray) -> np.ndarray:
     """Holds the markers, breathes and sways."""
-    breath = swept(t, 0.25 + 0.02 * ou(rng, t, 10.0))
-    return 0.8 * breath + 2.0 * np.array([ou(rng, t, 4.0) for _ in range(3)])
+    breath = w.swept(t, 0.25 + 0.02 * w.ou(rng, t, 10.0))
+    return 0.8 * breath + 2.0 * np.array([w.ou(rng, t, 4.0) for _ in range(3)])
 
 
 def bouncing(rng: Noise, t: np.ndarray, x: np.ndarray) -> np.ndarray:
@@ -171,7 +156,7 @@ def mixed(*terms: tuple[float, float]) -> Make:
     """Gauss-Markov noise of time constants and sizes."""
 
     def made(rng: Noise, t: np.ndarray, x: np.ndarray) -> np.ndarray:
-        return x + np.array([sum(s * ou(rng, t, c) for c, s in terms) for _ in x])
+        return x + np.array([sum(s * w.ou(rng, t, c) for c, s in terms) for _ in x])
 
     return made
 
@@ -179,7 +164,7 @@ def mixed(*terms: tuple[float, float]) -> Make:
 def rounded(step: float, slope: float = 0.0) -> Make:
     def made(rng: Noise, t: np.ndarray, x: np.ndarray) -> np.ndarray:
         x[0] += slope * t / t[-1]
-        return step * np.round((placed(x) + rng.uniform(0, step, (len(x), 1))) / step)
+        return step * np.round((w.placed(x) + rng.uniform(0, step, (len(x), 1))) / step)
 
     return made
 
@@ -191,16 +176,16 @@ def half_floats(rng: Noise, t: np.ndarray, x: np.ndarray) -> np.ndarray:
 
 def other_unit(rng: Noise, t: np.ndarray, x: np.ndarray) -> np.ndarray:
     """m from some frame on."""
-    return np.where(t > rng.uniform(80, 220), placed(x) / 1000, placed(x))
+    return np.where(t > rng.uniform(80, 220), w.placed(x) / 1000, w.placed(x))
 
 
 def recalibrated(rng: Noise, t: np.ndarray, x: np.ndarray) -> np.ndarray:
-    return np.where(t > rng.uniform(80, 220), placed(x) * (1 + 2e-4) + 0.05, placed(x))
+    return np.where(t > rng.uniform(80, 220), w.placed(x) * (1 + 2e-4) + 0.05, w.placed(x))
 
 
 def for_good(rng: Noise, t: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Labels are exchanged from some frame on."""
-    return np.where(t > rng.uniform(80, 220), np.roll(placed(x), 3, axis=0), placed(x))
+    return np.where(t > rng.uniform(80, 220), np.roll(w.placed(x), 3, axis=0), w.placed(x))
 
 
 def filled_linearly(rng: Noise, t: np.ndarray, x: np.ndarray) -> np.ndarray:
@@ -258,7 +243,7 @@ def cubic(rng: Noise, t: np.ndarray, x: np.ndarray) -> np.ndarray:
 
 
 def five_digits(rng: Noise, t: np.ndarray, x: np.ndarray) -> np.ndarray:
-    x = placed(x)
+    x = w.placed(x)
     e = 10.0 ** (np.floor(np.log10(np.abs(x))) - 4)
     return np.round(x / e) * e
 

@@ -176,6 +176,24 @@ def lines(*pairs: tuple[float, float]) -> Wave:
     )
 
 
+def sine(size: float, hz: float) -> Wave:
+    """That begins at 0."""
+    return lambda rng, t: size * np.sin(2 * np.pi * hz * t)
+
+
+def decay(size: float, seconds: float) -> Wave:
+    return lambda rng, t: size * np.exp(-t / seconds)
+
+
+def step(size: float, low_s: float, high_s: float) -> Wave:
+    """At a moment between both."""
+    return after(low_s, high_s, lambda rng, since: size + 0 * since)
+
+
+def summed(*waves: Wave) -> Wave:
+    return lambda rng, t: sum(wave(rng, t) for wave in waves)
+
+
 def ringing(since: np.ndarray, size: float, decay_s: float, hz: float) -> np.ndarray:
     return size * np.exp(-since / decay_s) * np.sin(2 * np.pi * hz * since)
 

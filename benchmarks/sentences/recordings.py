@@ -90,15 +90,13 @@ KINDS: dict[str, w.Kind] = {
     ),
     "two levels": in_x1(w.two_levels(200), "two_levels", "event"),
     "shift with recovery": in_x1(w.recovering(120, 400), "shift", "event moves"),
-    "step of 0.05 mm": in_x1(w.after(120, 450, lambda r, s: 0.05 + 0 * s), "step", "event moves"),
+    "step of 0.05 mm": in_x1(w.step(0.05, 120, 450), "step", "event moves"),
     "lift for 20 s": in_x1(w.after(120, 450, lambda r, s: 0.06 * (s < 20)), "shift", "event"),
-    "cycle of 420 s": in_x1(lambda r, t: 0.1 * np.sin(2 * np.pi * t / 420), "wander"),
-    "cycle of 150 s": in_x1(lambda r, t: 0.05 * np.sin(2 * np.pi * t / 150), "cycle", "line"),
+    "cycle of 420 s": in_x1(w.sine(0.1, 1 / 420), "wander"),
+    "cycle of 150 s": in_x1(w.sine(0.05, 1 / 150), "cycle", "line"),
     "creep": in_x1(w.creep, "creep"),
     "warm-up and cycle": in_x1(
-        lambda r, t: 0.2 * np.exp(-t / 150) + 0.05 * np.sin(2 * np.pi * t / 170),
-        "warm_up cycle wander",
-        "drift line",
+        w.summed(w.decay(0.2, 150), w.sine(0.05, 1 / 170)), "warm_up cycle wander", "drift line"
     ),
     "gain": kind(
         lambda r, t, x: x * (1 + 0.25 * np.sin(2 * np.pi * (t / 240 + r.uniform()))),

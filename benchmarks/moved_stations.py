@@ -17,6 +17,7 @@ import tempfile
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
+from typing import cast
 
 import numpy as np
 
@@ -34,7 +35,6 @@ from mocap_metrology.lighthouse.simulate.twin import FactoryValues, LighthouseTw
 
 RISE_US = 0.6
 SHIFT_MM, TURN_DEG = 3.0, 0.1
-ROLES = ("master", "slave")
 CASES = ("unchanged", "shifted", "turned")
 SETTINGS = CalibrationSettings(estimators=("batch",), optics=("factory",))
 
@@ -85,13 +85,14 @@ class Setup:
         """pose.json of a recording: a dump, as any."""
         made = simulate(self.moved(case), seed)
         found = decoded(made, self.board, folder)
-        stations = [
-            Station(role, own.id, own.mode, told)
-            for role, own, told in zip(ROLES, self.twin.stations, self.told, strict=True)
-        ]
         poses = calibrate(found.hits, found.board, self.told, SETTINGS)
-        document: PoseFile = json.loads(json.dumps(summary(poses, stations).document, default=str))
-        return document
+        document = summary(poses, self.stations()).document
+        return cast(PoseFile, json.loads(json.dumps(document, default=str)))
+
+    def stations(self, **fields: int) -> list[Station]:
+        """As their flashes state them."""
+        each = zip(("master", "slave"), self.twin.stations, self.told, strict=True)
+        return [Station(role, own.id, own.mode, told, **fields) for role, own, told in each]
 
 
 def compared(seed: int, seconds: float) -> list[Comparison]:

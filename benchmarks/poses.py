@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from mocap_metrology.lighthouse.batch.estimate import Joint
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.decode.chain import Decoded, decode
 from mocap_metrology.lighthouse.decode.clean import clean_hits
-from mocap_metrology.lighthouse.records import Factory
+from mocap_metrology.lighthouse.records import Factory, Hits
 from mocap_metrology.lighthouse.simulate.recording import SimulatedSweeps, write_dump
 
 UNITS = np.r_[np.full(3, 1e3), np.full(3, 180 / np.pi)]  # of metres and radians
@@ -48,6 +49,12 @@ def mahalanobis(errors: np.ndarray, covariance: np.ndarray) -> float:
 def held(squares: object) -> list[float]:
     """% of squared errors over their covariance inside of the ellipsoids of 68 and 95 %."""
     return [100 * float(np.mean(np.array(squares) < chi2.ppf(p, 6))) for p in (0.68, 0.95)]
+
+
+def with_zeros(hits: Hits, rng: np.random.Generator, sd_rad: float, stations: int = 2) -> Hits:
+    """With a time zero of each station and axis from its prior."""
+    zeros = sd_rad * rng.normal(size=(stations, 2))
+    return replace(hits, angle_rad=hits.angle_rad + zeros[hits.station, hits.axis])
 
 
 def factories(made: SimulatedSweeps) -> list[Factory]:

@@ -20,7 +20,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from benchmarks.poses import UNITS, error, held, lengths, mahalanobis
+from benchmarks.poses import UNITS, error, held, lengths, mahalanobis, with_zeros
 from mocap_metrology.lighthouse.batch.kernel import HELD
 from mocap_metrology.lighthouse.batch.problem import COVER_M, COVER_SD_M, Priors
 from mocap_metrology.lighthouse.calibrate.batch import joint
@@ -44,13 +44,10 @@ def drawn(rng: np.random.Generator, priors: Priors) -> tuple[float, tuple[float,
     return float(priors.board_scale * rng.normal()), (held - HELD * thickness, thickness)
 
 
-def with_zeros(scene: Scene, rng: np.random.Generator) -> Scene:
+def zeroed(scene: Scene, rng: np.random.Generator) -> Scene:
     """With a time zero of each station and plane from its prior."""
-    hits, priors = scene.hits, scene.used_priors
-    zeros = priors.time_zero_rad * rng.normal(size=(len(scene.names), 2))
-    return replace(
-        scene, hits=replace(hits, angle_rad=hits.angle_rad + zeros[hits.station, hits.axis])
-    )
+    sd = scene.used_priors.time_zero_rad
+    return replace(scene, hits=with_zeros(scene.hits, rng, sd, len(scene.names)))
 
 
 def study(n: int, case: str, runs: int, seconds: float) -> None:
@@ -61,7 +58,7 @@ def study(n: int, case: str, runs: int, seconds: float) -> None:
         if case == "drawn":
             more = dict(zip(("larger", "cover"), drawn(rng, Priors()), strict=True))
         given = made(n, seed, seconds, **CASES[case] | more)
-        scene = with_zeros(given.scene, rng) if case == "drawn" else given.scene
+        scene = zeroed(given.scene, rng) if case == "drawn" else given.scene
         begun = time.process_time()
         found, _ = joint(scene)
         spent.append(time.process_time() - begun)

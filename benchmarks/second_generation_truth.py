@@ -31,7 +31,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.poses import error, lengths, mahalanobis
-from benchmarks.second_generation import drawn, with_zeros
+from benchmarks.second_generation import drawn, zeroed
 from mocap_metrology.calibration.pose import pose
 from mocap_metrology.calibration.sweeps import Entry, sweeps
 from mocap_metrology.common.files import write_json
@@ -113,12 +113,12 @@ def _scene(twin: TurnsTwin) -> Scene:
     how = "factory", made.factories, None, "libsurvive", PRIORS
     sensors = Sensors(normals=found.normals, clocks=tuple(found.clocks))
     scene = Scene(found.hits, found.board, *how, sensors=sensors, generation=2, names=names)
-    return with_zeros(scene, np.random.default_rng([twin.seed, 18]))
+    return zeroed(scene, np.random.default_rng([twin.seed, 18]))
 
 
 def bars(runs: int) -> None:
     """A row for each recording that was held out."""
-    errors, stated, inside = (defaultdict[str, list[float]](list) for _ in range(3))
+    rows = defaultdict[str, list[tuple[float, float, float]]](list)  # error, stated mm, inside
     for seed in range(runs):
         scenes = {"A": bar(seed, 1, ACROSS)[0], "B": bar(seed, 2, ALONG)[0]}
         found = by_setup(scenes, None, dict.fromkeys(scenes, "T20")).pose
@@ -127,16 +127,16 @@ def bars(runs: int) -> None:
         for take, (name, (turn, motion)) in enumerate(HELD_OUT.items(), start=3):
             both = heads(*(Object(one, known, HEAD) for one in bar(seed, take, turn, **motion)))
             off = np.linalg.norm(both.t_m[1] - both.t_m[0], axis=0) - LENGTH_M
-            errors[name].append(1e3 * np.nanmean(off))
-            stated[name].append(1e3 * np.nanmedian(both.sd_m))
-            inside[name].append(np.nanmean(np.abs(off) < both.sd_m)[()])
-        print(seed, *(f"{name} {own[-1]:+.2f}" for name, own in errors.items()), flush=True)
+            inside = np.nanmean(np.abs(off) < both.sd_m)[()]
+            rows[name].append((1e3 * np.nanmean(off), 1e3 * np.nanmedian(both.sd_m), inside))
+        print(seed, *(f"{name} {own[-1][0]:+.2f}" for name, own in rows.items()), flush=True)
     print("recording, mean error, rms of the means, stated (mm), frames within one sigma")
-    for name, own in errors.items():
-        rms = np.sqrt(np.mean(np.square(own)))
-        ours = np.mean(stated[name]), np.mean(inside[name])
-        print(f"{name}: {np.mean(own):+.2f}, {rms:.2f}, {ours[0]:.2f}, {ours[1]:.0%}")
-    apart = np.subtract(errors["across, 0.5 m/s"], errors["along, 0.5 m/s"])
+    errors = {}
+    for name, own in rows.items():
+        errors[name], stated, inside = np.transpose(own)
+        mean, rms = errors[name].mean(), np.sqrt(np.mean(errors[name] ** 2))
+        print(f"{name}: {mean:+.2f}, {rms:.2f}, {stated.mean():.2f}, {inside.mean():.0%}")
+    apart = errors["across, 0.5 m/s"] - errors["along, 0.5 m/s"]
     print(f"across minus along: rms {np.sqrt(np.mean(apart**2)):.2f} mm")
 
 

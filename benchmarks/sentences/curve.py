@@ -53,8 +53,6 @@ def _curves(hours: float) -> Iterator[Row]:
             for kind, (m, inside) in _inside(series, models[name]).items():
                 for label, (first, last) in RANGES.items():
                     held[kind][label] += inside[(m >= first) & (m <= last)].tolist()
-        told = {k: f"{100 * np.mean(v):.0f}" for k, v in held["shown"].items()}
-        print(f"{number + 1} rows: {told}", flush=True)
     count = len(published_keys()) * len(COORDINATES)
     reach = {"shown": "63 to 75 %", "cleaned": ">= 68 %"}
     for kind, of in held.items():

@@ -24,7 +24,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from benchmarks.lighthouse_recordings import RealFlight, hand, real_flight, wrong_sweeps
-from benchmarks.poses import factories, held, lengths, mahalanobis, off
+from benchmarks.poses import factories, held, lengths, mahalanobis, off, with_zeros
 from benchmarks.sentences import Row
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.assess.summary import summary
@@ -120,9 +120,7 @@ def drawn_flight(seed: int) -> tuple[RealFlight, np.ndarray]:
     near, far = 1e-3 * priors.laser_depth_mm * rng.normal(size=2)
     phases = 1e-3 * priors.phase_mrad * rng.normal(size=(2, 2))
     flight = real_flight(seed, (near, far))
-    hits, board = flight.hits, flight.made.truth.board
-    zeros = priors.time_zero_rad * rng.normal(size=(2, 2))
-    hits = replace(hits, angle_rad=hits.angle_rad + zeros[hits.station, hits.axis])
+    hits, board = with_zeros(flight.hits, rng, priors.time_zero_rad), flight.made.truth.board
     size = 1 + priors.of_board(board).board_scale * rng.normal()
     places = 1e-3 * priors.board_position_mm * rng.normal(size=board.shape)
     return RealFlight(flight.made, hits, (board + places) * size, 1 / size), phases

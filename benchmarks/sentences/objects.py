@@ -10,22 +10,20 @@ axis. Uniform: p of a Kolmogorov-Smirnov test of the probabilities by chance.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 from scipy.stats import kstest
 
-from benchmarks.moved_stations import Setup
+from benchmarks.moved_stations import SETTINGS, Setup
+from benchmarks.poses import with_zeros
 from benchmarks.sentences import Row
 from mocap_metrology.lighthouse.assess.summary import APART_P, Summary, summary, with_objects
 from mocap_metrology.lighthouse.batch.problem import Priors
-from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings, calibrate
+from mocap_metrology.lighthouse.calibrate.jansen import calibrate
 from mocap_metrology.lighthouse.decode.clean import clean_hits
-from mocap_metrology.lighthouse.records import Station
 from mocap_metrology.lighthouse.simulate.recording import simulate
 from mocap_metrology.lighthouse.simulate.twin import BoardTwin, LighthouseTwin
 
-SETTINGS = CalibrationSettings(estimators=("batch",), optics=("factory",))
 SECONDS, STRETCH = 6.0, 0.03
 SECOND = BoardTwin(columns=5, rows=4, width_m=0.16, height_m=0.12, out_of_plane_m=0.015)
 
@@ -33,19 +31,13 @@ SECOND = BoardTwin(columns=5, rows=4, width_m=0.16, height_m=0.12, out_of_plane_
 def calibrated(setup: Setup, twin: LighthouseTwin, seed: int, stretch: float = 0.0) -> Summary:
     """Of an object of the setup, whose file errs by the priors and is stretched."""
     rng, priors, made = np.random.default_rng([seed, 41]), Priors(), simulate(twin, seed)
-    zeros = priors.time_zero_rad * rng.normal(size=(2, 2))
-    hits = made.hits
-    hits = replace(hits, angle_rad=hits.angle_rad + zeros[hits.station, hits.axis])
+    hits = with_zeros(made.hits, rng, priors.time_zero_rad)
     board = made.truth.board
     board = board + 1e-3 * priors.board_position_mm * rng.normal(size=board.shape)
     board *= 1 + priors.of_board(board).board_scale * rng.normal()
     board[:, rng.integers(1, 3)] *= 1 + stretch
     found = calibrate(clean_hits(hits, board)[0], board, setup.told, SETTINGS)
-    stations = [
-        Station(role, own.id, own.mode, told, frames_found=1)
-        for role, own, told in zip(("master", "slave"), twin.stations, setup.told, strict=True)
-    ]
-    return summary(found, stations, duration_s=8.0)
+    return summary(found, setup.stations(frames_found=1), duration_s=8.0)
 
 
 def pair(seed: int, stretch: float = 0.0) -> tuple[Summary, Summary]:

@@ -12,6 +12,7 @@ from scipy import signal
 from scipy.ndimage import gaussian_filter1d
 
 Kind = Callable[[np.random.Generator, int, float], np.ndarray]
+Filter = Callable[[np.ndarray, float], np.ndarray]  # of values and frame rate
 SIGMA = 0.05
 
 
@@ -70,10 +71,7 @@ def rounded(kind: Kind, step: float) -> Kind:
 
 
 def student(dof: float) -> Kind:
-    def made(rng: np.random.Generator, n: int, rate_hz: float) -> np.ndarray:
-        return SIGMA * rng.standard_t(dof, n) * np.sqrt((dof - 2) / dof)
-
-    return made
+    return lambda rng, n, rate_hz: SIGMA * rng.standard_t(dof, n) * np.sqrt((dof - 2) / dof)
 
 
 def laplace(rng: np.random.Generator, n: int, rate_hz: float) -> np.ndarray:
@@ -81,10 +79,9 @@ def laplace(rng: np.random.Generator, n: int, rate_hz: float) -> np.ndarray:
 
 
 def contaminated(share: float, times: float) -> Kind:
-    def made(rng: np.random.Generator, n: int, rate_hz: float) -> np.ndarray:
-        return SIGMA * rng.standard_normal(n) * np.where(rng.random(n) < share, times, 1)
-
-    return made
+    return lambda rng, n, rate_hz: (
+        SIGMA * rng.standard_normal(n) * np.where(rng.random(n) < share, times, 1)
+    )
 
 
 def telegraph(rate: float, size: float) -> Kind:
@@ -127,17 +124,15 @@ PLAIN: dict[str, Kind] = {
 }
 
 
-def butterworth(cutoff_hz: float, order: int = 2) -> Callable[[np.ndarray, float], np.ndarray]:
+def butterworth(cutoff_hz: float, order: int = 2) -> Filter:
     """Forwards and backwards; so half the amplitude at the cutoff."""
 
-    def filtered(x: np.ndarray, rate_hz: float) -> np.ndarray:
-        sos = signal.butter(order, cutoff_hz, fs=rate_hz, output="sos")
-        return signal.sosfiltfilt(sos, x)
-
-    return filtered
+    return lambda x, rate_hz: signal.sosfiltfilt(
+        signal.butter(order, cutoff_hz, fs=rate_hz, output="sos"), x
+    )
 
 
-def woltring(cutoff_hz: float) -> Callable[[np.ndarray, float], np.ndarray]:
+def woltring(cutoff_hz: float) -> Filter:
     """Quintic smoothing spline on even samples: 1 / (1 + (f/f_c)^6) [Craven & Wahba 1979]."""
 
     def filtered(x: np.ndarray, rate_hz: float) -> np.ndarray:
@@ -150,19 +145,19 @@ def woltring(cutoff_hz: float) -> Callable[[np.ndarray, float], np.ndarray]:
     return filtered
 
 
-def moving_average(size: int) -> Callable[[np.ndarray, float], np.ndarray]:
+def moving_average(size: int) -> Filter:
     return lambda x, rate_hz: np.convolve(x, np.full(size, 1 / size), "same")
 
 
-def savitzky_golay(size: int, order: int) -> Callable[[np.ndarray, float], np.ndarray]:
+def savitzky_golay(size: int, order: int) -> Filter:
     return lambda x, rate_hz: signal.savgol_filter(x, size, order)
 
 
-def gaussian(sd: float) -> Callable[[np.ndarray, float], np.ndarray]:
+def gaussian(sd: float) -> Filter:
     return lambda x, rate_hz: gaussian_filter1d(x, sd)
 
 
-def half_amplitude(apply: Callable[[np.ndarray, float], np.ndarray], rate_hz: float) -> float:
+def half_amplitude(apply: Filter, rate_hz: float) -> float:
     """Cutoff of a linear filter, where it halves the amplitude."""
     x = np.zeros(1 << 14)
     x[x.size // 2] = 1.0

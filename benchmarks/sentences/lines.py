@@ -12,13 +12,13 @@ and noise in turn); otherwise it is the search for lines alone.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 from scipy.signal import butter, lfilter
 
 from benchmarks.sentences import Row, percent
-from benchmarks.sentences._kinds import butterworth, savitzky_golay, woltring
+from benchmarks.sentences._kinds import Filter, butterworth, savitzky_golay, woltring
 from mocap_metrology.noise.fit.estimates import Z_95
 from mocap_metrology.noise.fit.spectral.likelihood import likelihood
 from mocap_metrology.noise.fit.spectral.lines import Line, find_lines
@@ -120,7 +120,7 @@ def _by_likelihood(n: int) -> Iterator[Part]:
         yield name, "h_0: 95 % holds", ">= 90 %", percent(white)
 
 
-FILTERS: dict[str, Callable[[np.ndarray, float], np.ndarray]] = {
+FILTERS: dict[str, Filter] = {
     "five-point mean": lambda x, _: np.convolve(x, np.ones(5) / 5, "valid"),
     "twelve-point mean": lambda x, _: np.convolve(x, np.ones(12) / 12, "valid"),
     **{f"Butterworth {cutoff} Hz": butterworth(cutoff) for cutoff in (6, 10, 20)},

@@ -14,7 +14,7 @@ from mocap_metrology.noise.diagnosis.export import bands, low_pass, resolution
 from mocap_metrology.noise.diagnosis.fills import filled
 from mocap_metrology.noise.diagnosis.filtering import (
     averaging,
-    filtered_avar,
+    filtered_variances,
     filters,
     predicted,
     tried,
@@ -218,7 +218,7 @@ def test_filtering_is_scipys():
 def test_without_a_filter_the_allan_variance_is_the_models(part):
     m = averaging(1 << 20, HZ)
     model = NoiseModel((part,))
-    found = filtered_avar(lambda f: model.psd(f, HZ), AMONG[0], m, HZ)
+    found, _ = filtered_variances(lambda f: model.psd(f, HZ), AMONG[0], m, HZ)
     assert found == pytest.approx(model.avar(m, HZ), rel=1e-3)
 
 

@@ -11,7 +11,6 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 
@@ -30,8 +29,7 @@ LONGEST_SHARE = 0.1  # of the recording
 LONGEST = 1 << 20  # frames that are filtered: more makes the numbers no better
 SHORTEST_S = 3.0  # of a stretch that is filtered
 EDGE = 9  # samples that a stretch is continued by at each end, mirrored at a point
-CYCLES = 40  # of the Allan transfer function followed one by one, and beyond by their mean
-POINTS = 48  # a cycle
+LOWEST = 1e-4  # cycles of the longest mean, from which the spectrum is added up
 LOG_POINTS = 300  # a decade
 PLACES = ("adev_1_frame", *(f"adev_{t:g}s" for t in CHOSEN_S), "least_adev", "least_adev_tau_s")
 
@@ -164,9 +162,8 @@ def predicted(
     """What a filter of gain |H|^2 a pass leaves of lines and of noise with this one-sided density,
     f -> mm^2/Hz: S |H|^4 and A |H|^2 through the transfer functions of means and of the Allan
     variance."""
-    avar = filtered_avar(density, one, m, rate_hz)
+    avar, variance = filtered_variances(density, one, m, rate_hz)
     size = _means_size(rate_hz)
-    variance = _about_means(density, one, size, rate_hz)
     for line in lines:
         gain = float(one.gain(np.array([line.f_0]), rate_hz)[0])
         avar = avar + gain**2 * line.avar(m, rate_hz)
@@ -176,87 +173,40 @@ def predicted(
     return _residual_noise(math.sqrt(variance), avar, m, rate_hz)
 
 
-def filtered_avar(density: Density, one: Filter, m: np.ndarray, rate_hz: float) -> np.ndarray:
-    """2 Int_0^fN S |H|^4 sin^4(pi f m tau0) / (m sin(pi f tau0))^2 df, (k,).
-
-    Followed cycle by cycle up to 40/tau, beyond with 3/8 for the sine.
-    """
-    grid, fast = _grids(tuple(m), rate_hz)
-    slow = density(grid.f) * one.gain(grid.f, rate_hz) ** 2 * grid.weight
-    beyond = density(fast.f) * one.gain(fast.f, rate_hz) ** 2 * fast.weight
-    later = np.append(np.cumsum(beyond[::-1])[::-1], 0.0)
-    cut = np.append(beyond, 0.0)[fast.first] * fast.cut
-    return (np.add.reduceat(slow, grid.first) + later[fast.first] + cut) / np.square(m, dtype=float)
-
-
-class Grid(NamedTuple):
-    """Frequencies and weights (n,) of sums; the first of each sum (k,), and the share of it that is
-    in the sum, less one."""
-
-    f: np.ndarray
-    weight: np.ndarray
-    first: np.ndarray
-    cut: np.ndarray
+def filtered_variances(
+    density: Density, one: Filter, m: np.ndarray, rate_hz: float
+) -> tuple[np.ndarray, float]:
+    """Allan variances (k,) and the expected sample variance of ten seconds: 2 Int_0^fN S |H|^4
+    sin^4(pi f m tau0) / (m sin(pi f tau0))^2 df, and Int S |H|^4 (1 - |D|^2) df n/(n - 1), D the
+    transfer function of the mean of n frames."""
+    f, kernels = _kernels(tuple(m), rate_hz)
+    *avar, variance = kernels @ (density(f) * one.gain(f, rate_hz) ** 2)
+    return np.array(avar), float(variance)
 
 
 @lru_cache(maxsize=2)
-def _grids(m: Sequence[int], rate_hz: float) -> tuple[Grid, Grid]:
-    """For `filtered_avar`: all sums cycle by cycle behind each other; beyond, each to the end."""
-    tau0, nyquist = 1 / rate_hz, rate_hz / 2
-    parts = []
-    fast, weight = _log_grid(CYCLES / (m[-1] * tau0), nyquist)
-    edges = np.minimum(CYCLES / (np.asarray(m) * tau0), nyquist)
-    for size, edge in zip(m, edges.tolist(), strict=True):
-        slow, width = _log_grid(1e-4 / (size * tau0), min(0.5 / (size * tau0), edge))
-        cycles = (edge - slow[-1]) * size * tau0
-        linear = np.linspace(slow[-1], edge, max(math.ceil(cycles * POINTS), 2) + 1)
-        f, width = np.append(slow, linear), np.append(width, _trapezoid(linear))
-        kernel = np.sin(np.pi * f * size * tau0) ** 4 / np.sin(np.pi * f * tau0) ** 2
-        parts.append((f, 2 * width * kernel))
-    first = np.cumsum([0, *(f.size for f, _ in parts[:-1])])
-    joined = (np.concatenate(every) for every in zip(*parts, strict=True))
-    grid = Grid(next(joined), next(joined), first, np.zeros(first.size))
-    first = np.where(edges < nyquist, np.searchsorted(fast, edges), fast.size)
-    step = np.log(fast[1] / fast[0]) if fast.size > 1 else 1.0
-    cut = np.log(fast[np.minimum(first, fast.size - 1)] / edges) / step - 0.5
-    cut[(first == 0) | (first == fast.size)] = 0.0  # the cell that an edge cuts is in both parts
-    return grid, Grid(fast, 3 / 4 * weight / np.sin(np.pi * fast * tau0) ** 2, first, cut)
+def _kernels(m: Sequence[int], rate_hz: float) -> tuple[np.ndarray, np.ndarray]:
+    """Frequencies (j,), evenly in log f, and weights (k + 1, j) of the sums that
+    `filtered_variances` is made of, in which each power of a sine is the mean over its cell."""
+    size = _means_size(rate_hz)
+    low = LOWEST / max(m[-1], size) * rate_hz
+    edges = np.geomspace(low, rate_hz / 2, round(LOG_POINTS * math.log10(rate_hz / 2 / low)) + 1)
+    f, width = np.sqrt(edges[1:] * edges[:-1]), np.diff(edges)
+    sine = np.sin(np.pi * f / rate_hz)
 
+    def cosine(phase: np.ndarray) -> np.ndarray:
+        return np.cos(phase) * np.sinc(phase / np.pi * width / f / 2)
 
-def _log_grid(low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
-    """Points and trapezoidal weights, evenly in log f."""
-    if not low < high:
-        return np.array([high]), np.array([0.0])
-    count = max(round(LOG_POINTS * math.log10(high / low)), 64)
-    f = np.geomspace(low, high, count)
-    step = math.log(high / low) / (count - 1)
-    weight = f * step
-    weight[[0, -1]] /= 2
-    return f, weight
-
-
-def _trapezoid(x: np.ndarray) -> np.ndarray:
-    step = np.diff(x)
-    return (np.append(step, 0.0) + np.append(0.0, step)) / 2
+    x = np.pi * f / rate_hz * np.array([*m, size])[:, None]
+    fourth = np.where(x < 0.1, np.sin(x) ** 4, (3 - 4 * cosine(2 * x) + cosine(4 * x)) / 8)[:-1]
+    mean = (1 - cosine(2 * x[-1])) / 2 / (size * sine) ** 2
+    about_mean = np.where(x[-1] < 0.1, x[-1] ** 2 / 3, 1 - mean) * size / (size - 1)
+    avar = 2 * fourth / (np.array(m)[:, None] * sine) ** 2
+    return f, width * np.vstack([avar, about_mean])
 
 
 def _means_size(rate_hz: float) -> int:
     return max(round(MEANS_S * rate_hz), 2)
-
-
-def _about_means(density: Density, one: Filter, size: int, rate_hz: float) -> float:
-    """Expected sample variance of blocks of `size` frames: Int S |H|^4 (1 - |D|^2) df
-    size/(size - 1), D the transfer function of their mean."""
-    edge = min(CYCLES * rate_hz / size, rate_hz / 2)
-    slow, slow_weight = _log_grid(1e-4 * rate_hz / size, 0.5 * rate_hz / size)
-    linear = np.linspace(slow[-1], edge, CYCLES * POINTS + 1)
-    fast, fast_weight = _log_grid(edge, rate_hz / 2)
-    f = np.concatenate([slow, linear, fast])
-    weight = np.concatenate([slow_weight, _trapezoid(linear), fast_weight])
-    x = np.pi * f / rate_hz
-    mean = (np.sin(size * x) / (size * np.sin(x))) ** 2
-    value = density(f) * one.gain(f, rate_hz) ** 2 * weight
-    return float(value @ (1 - mean)) * size / (size - 1)
 
 
 def measured(

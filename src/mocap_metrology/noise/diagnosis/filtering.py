@@ -2,7 +2,6 @@
 
 The filters are those of biomechanics: of second order, run forwards and backwards, so of fourth
 order without delay; at the cutoff the amplitude is halved (-6 dB). A notch is run both ways too.
-They equal those of scipy.signal, whose import takes longer than all filters of a recording.
 """
 
 from __future__ import annotations
@@ -14,7 +13,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.fit.spectral.gaps import stretches
@@ -28,7 +26,6 @@ PER_DECADE = 8  # averaging times a minimum is looked for on
 LONGEST_SHARE = 0.1  # of the recording
 LONGEST = 1 << 20  # frames that are filtered: more makes the numbers no better
 SHORTEST_S = 3.0  # of a stretch that is filtered
-EDGE = 9  # samples that a stretch is continued by at each end, mirrored at a point
 LOWEST = 1e-4  # cycles of the longest mean, from which the spectrum is added up
 LOG_POINTS = 300  # a decade
 PLACES = ("adev_1_frame", *(f"adev_{t:g}s" for t in CHOSEN_S), "least_adev", "least_adev_tau_s")
@@ -36,7 +33,7 @@ PLACES = ("adev_1_frame", *(f"adev_{t:g}s" for t in CHOSEN_S), "least_adev", "le
 
 @dataclass(frozen=True)
 class Filter:
-    """name; sos: b0, b1, b2, 1, a1, a2 of one pass, or None for no filter."""
+    """name; sos (1, 6): b0, b1, b2, 1, a1, a2 of one pass, or None for no filter."""
 
     name: str
     sos: np.ndarray | None
@@ -45,21 +42,21 @@ class Filter:
         """|H|^2 of one pass, which is what both passes do to the amplitude."""
         if self.sos is None:
             return np.ones_like(np.asarray(f_hz, float))
-        z = np.exp(-2j * np.pi * np.asarray(f_hz, float) / rate_hz)
-        b0, b1, b2, _, a1, a2 = self.sos
-        return np.abs((b0 + b1 * z + b2 * z**2) / (1 + a1 * z + a2 * z**2)) ** 2
+        from scipy.signal import sosfreqz
+
+        return np.asarray(np.abs(sosfreqz(self.sos, f_hz, fs=rate_hz)[1]) ** 2)
 
     def applied(self, series: np.ndarray, rate_hz: float) -> np.ndarray:
         """Both ways over every stretch without a gap; shorter ones than three seconds become
         NaN."""
         if self.sos is None:
             return series
+        from scipy.signal import sosfiltfilt
+
         out = np.full(series.size, np.nan)
         for part in stretches(series, 0, max(round(SHORTEST_S * rate_hz), 32)):
             mean = series[part].mean()
-            padded = np.pad(series[part] - mean, EDGE, "reflect", reflect_type="odd")
-            there = _one_way(self.sos, padded)
-            out[part] = _one_way(self.sos, there[::-1])[::-1][EDGE:-EDGE] + mean
+            out[part] = sosfiltfilt(self.sos, series[part] - mean) + mean
         return out
 
 
@@ -100,47 +97,20 @@ def filters(
     rate_hz: float, cutoffs_hz: Sequence[float], lines_hz: Sequence[float], notch_width_hz: float
 ) -> list[Filter]:
     """None, the low-passes below Nyquist, and a notch at each line that has room for one."""
+    from scipy.signal import butter, iirnotch, tf2sos
+
     nyquist = rate_hz / 2
     every = [Filter("none", None)]
     every += [
-        Filter(f"Butterworth {f:g} Hz", butterworth(f, rate_hz))
+        Filter(f"Butterworth {f:g} Hz", butter(2, f, fs=rate_hz, output="sos"))
         for f in cutoffs_hz
         if f < 0.95 * nyquist
     ]
     for f in lines_hz:
         width = min(notch_width_hz, f)
         if f + width / 2 < nyquist:
-            every.append(Filter(f"notch {f:.4g} Hz", notch(f, width, rate_hz)))
+            every.append(Filter(f"notch {f:.4g} Hz", tf2sos(*iirnotch(f, f / width, fs=rate_hz))))
     return every
-
-
-def butterworth(cutoff_hz: float, rate_hz: float) -> np.ndarray:
-    """`sos` of a Butterworth filter of second order, by the bilinear transformation."""
-    k = math.tan(math.pi * cutoff_hz / rate_hz)
-    scale = 1 + math.sqrt(2) * k + k**2
-    b = k**2 / scale
-    return np.array([b, 2 * b, b, 1, 2 * (k**2 - 1) / scale, 2 * (1 + k**2) / scale - 1])
-
-
-def notch(f_hz: float, width_hz: float, rate_hz: float) -> np.ndarray:
-    """`sos` of a notch of this width at half the power [Orfanidis 1996, eq. 11.3.7]."""
-    gain = 1 / (1 + math.tan(math.pi * width_hz / rate_hz))
-    middle = -2 * gain * math.cos(2 * math.pi * f_hz / rate_hz)
-    return np.array([gain, middle, gain, 1, middle, 2 * gain - 1])
-
-
-@njit
-def _one_way(sos: np.ndarray, series: np.ndarray) -> np.ndarray:
-    """One pass over (n,), which begins as after a long stretch of its first value."""
-    b0, b1, b2, _, a1, a2 = sos
-    level = (b0 + b1 + b2) / (1 + a1 + a2)
-    first, second = (level - b0) * series[0], (b2 - a2 * level) * series[0]
-    out = np.empty(series.size)
-    for k in range(series.size):
-        x = series[k]
-        y = out[k] = b0 * x + first
-        first, second = b1 * x - a1 * y + second, b2 * x - a2 * y
-    return out
 
 
 def averaging(n: int, rate_hz: float) -> np.ndarray:
@@ -264,12 +234,6 @@ def tried(
         )
         for one in among
     ]  # fmt: skip
-
-
-def warm_up() -> None:
-    """Compile for float64, forwards and backwards."""
-    for series in (np.zeros(2), np.zeros(2)[::-1]):
-        _one_way(butterworth(6.0, 100.0), series)
 
 
 NO_FILTER = Filtered("", Filter("none", None), 0, None, None)

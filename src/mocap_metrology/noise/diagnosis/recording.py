@@ -30,10 +30,14 @@ from mocap_metrology.noise.diagnosis.records import (
     explained,
 )
 from mocap_metrology.noise.diagnosis.recurring import pulses, recurrence, recurring_bout
-from mocap_metrology.noise.diagnosis.repeats import repeats, solved_pairs
 from mocap_metrology.noise.diagnosis.sides import Blocks, blocks
 from mocap_metrology.noise.diagnosis.signatures import Wander
-from mocap_metrology.noise.diagnosis.software import processed, running_median
+from mocap_metrology.noise.diagnosis.software import (
+    processed,
+    repeats,
+    running_median,
+    solved_pairs,
+)
 from mocap_metrology.noise.fit.estimates import NoiseRow
 from mocap_metrology.noise.gaussian.two_markers import drift
 from mocap_metrology.noise.motion.movement import Movement, movement

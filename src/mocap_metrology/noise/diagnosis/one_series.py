@@ -215,21 +215,15 @@ def _gapless(
     return filled(inside, density, rate_hz, np.random.default_rng(0))
 
 
-def _with_long_gaps(away: np.ndarray) -> np.ndarray:
-    """The mask `away` with gaps so long that the likelihood parts the series there and fills
-    nothing."""
-    wide = away.copy()
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], away.astype(np.int8), [0]])))
-    for first, last in edges.reshape(-1, 2):
-        wide[max(first - LONGEST_GAP // 2, 0) : last + LONGEST_GAP // 2 + 1] = True
-    return wide
-
-
 def _refitted(
     blank: np.ndarray, series: np.ndarray, rate_hz: float, before: NoiseModel | None
 ) -> NoiseModel | None:
-    """The model of a series of which `blank` has left frames out; else the one before."""
-    wide = _with_long_gaps(np.isnan(blank) & ~np.isnan(series))
+    """The model of a series of which `blank` has left frames out; else the one before. They become
+    gaps so long that the likelihood parts the series there and fills nothing."""
+    from scipy.ndimage import maximum_filter1d
+
+    left_out = np.isnan(blank) & ~np.isnan(series)
+    wide = maximum_filter1d(left_out.view(np.uint8), LONGEST_GAP + 1).view(bool)
     form: Form = before.form if before else "sampled"
     cleaned = np.round(without_frames(middle(blank), middle(wide)), PICOMETRES)
     try:

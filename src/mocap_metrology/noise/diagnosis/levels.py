@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+import pandas as pd
 
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.noise.diagnosis.sides import Blocks
@@ -282,13 +283,8 @@ def _contrasts(g: np.ndarray, reach: int) -> list[tuple[int, float]]:
     scale, dof = _scatter(g)
     if not scale > 0:
         return []
-    at = np.arange(LEAST_POINTS, g.size - LEAST_POINTS + 1)
-    padded = np.pad(g, reach, constant_values=np.nan)
-    windows = np.lib.stride_tricks.sliding_window_view(padded, reach)
-    sides = windows[at], windows[at + reach]
-    count = [np.isfinite(side).sum(axis=1) for side in sides]
-    known = np.minimum(*count) >= LEAST_POINTS
-    before, after = (np.nanmedian(side[known], axis=1) for side in sides)
-    error = 1.2533 * scale * np.sqrt(1 / count[0][known] + 1 / count[1][known])
-    p = 2 * stdtr(dof, -np.abs(after - before) / error)
-    return list(zip(at[known].tolist(), p.tolist(), strict=True))
+    before = pd.Series(g).shift().rolling(reach, LEAST_POINTS)
+    after = pd.Series(g)[::-1].rolling(reach, LEAST_POINTS)
+    error = 1.2533 * scale * np.sqrt(1 / before.count() + 1 / after.count())
+    t = ((after.median() - before.median()).abs() / error).dropna()
+    return list(zip(t.index.tolist(), (2 * stdtr(dof, -t)).tolist(), strict=True))

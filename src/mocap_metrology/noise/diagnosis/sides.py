@@ -89,15 +89,10 @@ def blocks(series: np.ndarray, rate_hz: float) -> Blocks:
     white noise."""
     size = max(round(BLOCK_S * rate_hz), 2)
     rows = series[: series.size // size * size].reshape(-1, size)
-    count = np.isfinite(rows).sum(axis=1)
-    enough = count >= size / 2
-    mean, variance = np.full(len(rows), np.nan), np.full(len(rows), np.nan)
-    whole = count == size
-    mean[whole] = rows[whole].mean(axis=1)
-    variance[whole] = rows[whole].var(axis=1, ddof=1)
-    for k in np.flatnonzero(enough & ~whole):
-        known = rows[k][np.isfinite(rows[k])]
-        mean[k], variance[k] = known.mean(), known.var(ddof=1)
+    enough = np.isfinite(rows).sum(axis=1) >= size / 2
+    mean, variance = np.full((2, len(rows)), np.nan)
+    mean[enough] = np.nanmean(rows[enough], axis=1)
+    variance[enough] = np.nanvar(rows[enough], axis=1, ddof=1)
     return Blocks(mean, variance, size / rate_hz)
 
 

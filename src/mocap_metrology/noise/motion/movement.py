@@ -23,6 +23,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.parallel import MapFunction, in_turn
@@ -181,7 +182,7 @@ def _jump(blocks: np.ndarray, block_s: float, within: int, least: float) -> Move
     """The largest jump of at least `least` beyond chance, over blocks of 1, 2, 4, ..."""
     largest = STILL
     for level, doubling in _levels(blocks, within):
-        middles = _sliding_medians(level)
+        middles = pd.Series(level).rolling(SIDE, SIDE // 2).median().to_numpy()[SIDE - 1 :]
         steps = middles[SIDE + BETWEEN :] - middles[: -(SIDE + BETWEEN)]
         known = np.isfinite(steps)
         if np.count_nonzero(known) < LEAST_BLOCKS / 2:
@@ -221,15 +222,6 @@ def _levels(blocks: np.ndarray, within: int) -> Iterator[tuple[np.ndarray, int]]
         yield level, doubling
         pairs = level[: level.size // 2 * 2].reshape(-1, 2)
         level, doubling = pairs.mean(axis=1), 2 * doubling
-
-
-def _sliding_medians(values: np.ndarray) -> np.ndarray:
-    """Medians of SIDE successive values; NaN where less than half of them are known."""
-    rising = np.sort(np.lib.stride_tricks.sliding_window_view(values, SIDE), axis=1)
-    known = np.isfinite(rising).sum(axis=1)
-    row, last = np.arange(known.size), np.maximum(known - 1, 0)
-    middle = (rising[row, last // 2] + rising[row, (last + 1) // 2]) / 2
-    return np.where(2 * known >= SIDE, middle, np.nan)
 
 
 def _range(blocks: np.ndarray, within: int) -> tuple[float, slice]:

@@ -75,8 +75,8 @@ def diagnose(
     if away.mean() > MOST_BLANKED:
         away[:] = False
 
-    of_all = rate, step, recording.resolution_kind, settings, len(quiet), away
-    examiner = Examiner(*of_all, noise, psd, welch_settings or {})
+    welch = welch_settings or {}
+    examiner = Examiner(recording, settings, len(quiet), away, noise, psd, welch)
     every = list(over(examiner.examined, quiet.items()))
     moves = _movements(recording, settings, over)
     at_rest = [

@@ -18,8 +18,7 @@ from mocap_metrology.noise.diagnosis.events import Event
 from mocap_metrology.noise.diagnosis.outliers import isolated_frames, off_frames, without
 from mocap_metrology.noise.diagnosis.recording import search_events
 from mocap_metrology.noise.diagnosis.recurring import pulses, recurrence, recurring_bout
-from mocap_metrology.noise.diagnosis.sides import Sides, blocks
-from mocap_metrology.noise.diagnosis.whiteness import WHITE
+from mocap_metrology.noise.diagnosis.sides import WHITE, Sides, blocks
 from mocap_metrology.noise.series import all_series
 from mocap_metrology.noise.twins.simulate import simulate
 

@@ -12,8 +12,7 @@ import numpy as np
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic
 from mocap_metrology.noise.diagnosis.levels import JOINED_BLOCKS, changes
 from mocap_metrology.noise.diagnosis.outliers import mad_spread
-from mocap_metrology.noise.diagnosis.sides import Blocks, Sides, compare
-from mocap_metrology.noise.diagnosis.whiteness import WHITE, likeness
+from mocap_metrology.noise.diagnosis.sides import WHITE, Blocks, Sides, compare, likeness
 from mocap_metrology.noise.fit.estimates import Z_95
 
 JOIN_S = 1.0  # alarms so close are one event

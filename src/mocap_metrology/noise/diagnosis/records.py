@@ -19,10 +19,9 @@ from mocap_metrology.noise.diagnosis.levels import Trend
 from mocap_metrology.noise.diagnosis.outliers import Tails
 from mocap_metrology.noise.diagnosis.periodic import SpectralLine
 from mocap_metrology.noise.diagnosis.resonance import Resonance
-from mocap_metrology.noise.diagnosis.sides import Blocks
+from mocap_metrology.noise.diagnosis.sides import WHITE, Blocks
 from mocap_metrology.noise.diagnosis.signatures import Wander
 from mocap_metrology.noise.diagnosis.software import Processed, Repeats
-from mocap_metrology.noise.diagnosis.whiteness import WHITE
 from mocap_metrology.noise.gaussian.two_markers import Drift
 from mocap_metrology.noise.motion.movement import STILL, Movement
 

@@ -245,11 +245,10 @@ def log_levels(variance: np.ndarray, out_of: np.ndarray) -> np.ndarray:
         g = np.log(np.where(out_of[: variance.size], np.nan, variance))
     g[~np.isfinite(g)] = np.nan
     rows = g[: g.size // JOINED_BLOCKS * JOINED_BLOCKS].reshape(-1, JOINED_BLOCKS)
-    known = np.isfinite(rows)
-    total = np.where(known, rows, 0.0).sum(axis=1)
-    return np.where(
-        known.sum(axis=1) * 2 >= JOINED_BLOCKS, total / np.maximum(known.sum(axis=1), 1), np.nan
-    )
+    enough = np.isfinite(rows).sum(axis=1) * 2 >= JOINED_BLOCKS
+    points = np.full(len(rows), np.nan)
+    points[enough] = np.nanmean(rows[enough], axis=1)
+    return points
 
 
 def _split(g: np.ndarray, at: int, reach: int) -> int:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from scipy.ndimage import median_filter
 from scipy.signal import lfilter
 
 from mocap_metrology.common.errors import Refusal
@@ -103,9 +104,7 @@ FUNCTIONS: dict[str, Callable[[Floats], object]] = {
     ),
     "repeats": lambda x: software.repeats("A", [x, x[::-1], -x], 0.1),
     "processed": lambda x: processed(lfilter([0.05], [1, -0.95], x)),
-    "running median": lambda x: software.running_median(
-        {"x1": outliers.medians_of_five(x), "y1": x}, 0.0
-    ),
+    "running median": lambda x: software.running_median({"x1": median_filter(x, 5), "y1": x}, 0.0),
     "dynamic": lambda x: dynamic_allan(x, RATE, 0.1, 20.0),
     "pulses": lambda x: pulses(x, RATE, 1e-3),
     "bout": lambda x: recurring_bout(x, RATE, 1e-3, blocks(x, RATE)),

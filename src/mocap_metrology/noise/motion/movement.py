@@ -27,6 +27,7 @@ import pandas as pd
 
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.parallel import MapFunction, in_turn
+from mocap_metrology.noise.diagnosis.shape import refined_place
 from mocap_metrology.noise.series import AXES
 
 LEAST_BLOCKS = 100
@@ -156,26 +157,14 @@ def _blocks(values: np.ndarray, length: int) -> tuple[np.ndarray, float]:
 
 def _straightened(blocks: np.ndarray) -> np.ndarray:
     """Less the straight line and exponential approach that fit best (least squares, the time
-    constant from two blocks to the whole, by steps of 15 %)."""
-    known = np.isfinite(blocks)
+    constant from two blocks to the whole)."""
     t = np.arange(blocks.size) / blocks.size
     coarse = max(blocks.size // 1000, 1)  # of nine hours a thousand are enough
-    use = np.flatnonzero(known)[::coarse]
-
-    def fitted(constant: float) -> tuple[float, float, np.ndarray]:
-        shape = _approach(t[use], constant)
-        solved, *_ = np.linalg.lstsq(shape, blocks[use], rcond=None)
-        return float(np.sum((blocks[use] - shape @ solved) ** 2)), constant, solved
-
-    steps = round(math.log(blocks.size / 2) / 0.15) + 2
-    fits = map(fitted, np.geomspace(2 / blocks.size, 1.0, steps))
-    _, constant, solved = min(fits, key=lambda one: one[0])
-    return blocks - _approach(t, constant) @ solved
-
-
-def _approach(t: np.ndarray, constant: float) -> np.ndarray:
-    """(n, 3) columns of a straight line and an exponential at the times t (n,)."""
-    return np.stack([np.ones(t.size), t, np.exp(-t / constant)], axis=1)
+    use = np.flatnonzero(np.isfinite(blocks))[::coarse]
+    among = np.geomspace(2 / blocks.size, 1.0, round(math.log(blocks.size / 2) / 0.15) + 2)
+    constant = refined_place(blocks[use], t[use], lambda c: np.exp(-t[use] / c), among)
+    shape = np.stack([np.ones(t.size), t, np.exp(-t / constant)], axis=1)
+    return blocks - shape @ np.linalg.lstsq(shape[use], blocks[use], rcond=None)[0]
 
 
 def _jump(blocks: np.ndarray, block_s: float, within: int, least: float) -> Movement:

@@ -9,32 +9,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple, TypedDict
+from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 from scipy.special import chdtri
 
 from mocap_metrology.common.transforms import irfft, rfft
+from mocap_metrology.common.types import Record
 
 LEAST_DIFFERENCES = 30  # of a cell: its sigma is then good to 16 % where noise is white
 LEAST_OF_VISIT = 10  # differences of a visit that is compared with others
 LAGS = 200  # frames: noise of filters, as far as they reach at common frame rates
-
-
-class PlaceRow(TypedDict):
-    """Noise of one cube: see `by_place`."""
-
-    x_mm: float
-    y_mm: float
-    z_mm: float
-    n_frames: int
-    n_pairs: int
-    n_visits: int
-    dof: float
-    sigma_mm: float
-    lower_mm: float
-    upper_mm: float
-    deviation_mm: float
 
 
 def by_place(
@@ -42,7 +28,7 @@ def by_place(
     distance_mm: np.ndarray,
     cell_mm: float,
     least: int = LEAST_DIFFERENCES,
-) -> tuple[list[PlaceRow], Visits]:
+) -> tuple[list[Record], Visits]:
     """One row a cube of `cell_mm` with at least `least` pairs of successive frames in it; and the
     visits of all cubes.
 
@@ -60,28 +46,21 @@ def by_place(
     overall, each = total.sum() / frames.sum(), freedom(distance_mm)
     each /= visits.dispersion(each)
     pairs, squares = (np.bincount(visits.cell, v, n_cells) for v in visits[1:])
-    count = np.bincount(visits.cell, visits.long, n_cells).astype(int)
-    rows: list[PlaceRow] = []
-    for k in np.flatnonzero(pairs >= least):
-        variance, dof = squares[k] / (2 * pairs[k]), each * pairs[k]
-        low, high = (dof / chdtri(dof, p) for p in (0.025, 0.975))
-        centre = (cells[:, k] + 0.5) * cell_mm
-        rows.append(
-            {
-                "x_mm": float(centre[0]),
-                "y_mm": float(centre[1]),
-                "z_mm": float(centre[2]),
-                "n_frames": int(frames[k]),
-                "n_pairs": int(pairs[k]),
-                "n_visits": int(count[k]),
-                "dof": float(dof),
-                "sigma_mm": math.sqrt(variance),
-                "lower_mm": math.sqrt(variance * low),
-                "upper_mm": math.sqrt(variance * high),
-                "deviation_mm": float(total[k] / frames[k] - overall),
-            }
-        )
-    return rows, visits
+    count = np.bincount(visits.cell, visits.long, n_cells)
+    k = np.flatnonzero(pairs >= least)
+    variance, dof = squares[k] / (2 * pairs[k]), each * pairs[k]
+    columns = {
+        **dict(zip(("x_mm", "y_mm", "z_mm"), (cells[:, k] + 0.5) * cell_mm, strict=True)),
+        "n_frames": frames[k].astype(int),
+        "n_pairs": pairs[k].astype(int),
+        "n_visits": count[k].astype(int),
+        "dof": dof,
+        "sigma_mm": np.sqrt(variance),
+        "lower_mm": np.sqrt(variance * dof / chdtri(dof, 0.025)),
+        "upper_mm": np.sqrt(variance * dof / chdtri(dof, 0.975)),
+        "deviation_mm": total[k] / frames[k] - overall,
+    }
+    return pd.DataFrame(columns).to_dict("records"), visits
 
 
 class Visits(NamedTuple):
@@ -162,7 +141,7 @@ def freedom(series: np.ndarray) -> float:
     return min(1 / max(1 + 2 * float(np.sum(rho**2 - 1 / counts[1:][seen])), 1.0), 1.0)
 
 
-def evenness(rows: Sequence[PlaceRow], visits: Visits) -> dict[str, float]:
+def evenness(rows: Sequence[Record], visits: Visits) -> dict[str, float]:
     """Whether the cells of `by_place` differ more than chance: `p` of one-way analysis of variance
     of the logarithms of the variances of their visits, `worst_over_best` sigma, and `bend_mm`, the
     standard deviation of the cells' mean L. p is NaN where no cell was visited twice, as place

@@ -92,7 +92,7 @@ def changes(
     they differ, `abrupt` decides. out_of (k,): blocks in events.
     """
     points = {name: log_levels(one.about_line, out_of) for name, one in levels.items()}
-    length = next(iter(levels.values())).length_s * JOINED_BLOCKS if levels else 1.0
+    length = next(iter(levels.values())).length_s * JOINED_BLOCKS
     reach = max(round(side_s / length), LEAST_POINTS)
     candidates = []
     n_tests = sum(max(g.size - 2 * LEAST_POINTS + 1, 0) for g in points.values())
@@ -167,7 +167,7 @@ def trends(
     for name, one in levels.items():
         g = log_levels(one.about_line, out_of)
         places = [round(s / one.length_s / JOINED_BLOCKS) for s in steps_s]
-        trend = _trend(name, g, places, TREND_CHANCE / max(len(levels), 1), one.length_s)
+        trend = _trend(name, g, places, TREND_CHANCE / len(levels), one.length_s)
         if trend and max(abs(trend.least), abs(trend.greatest)) >= LEAST_CHANGE:
             told.append(trend)
     return told

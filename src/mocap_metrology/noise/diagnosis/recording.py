@@ -192,9 +192,7 @@ def _recurring(
 
 def _trends(levels: Mapping[str, Blocks], events: Sequence[Event]) -> list[Trend]:
     """Beside what became another at once."""
-    one = next(iter(levels.values()), None)
-    if one is None:
-        return []
+    one = next(iter(levels.values()))
     out_of = inside_events(events, one.mean.size, one.length_s)
     steps = [
         e.time_s if math.isnan(e.level_s) else e.level_s

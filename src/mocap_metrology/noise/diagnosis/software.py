@@ -89,15 +89,12 @@ def processed(
     looked = dict(zip(coordinates, over(looked_at, coordinates), strict=True))
     smooth = {k: white for k, (white, _) in looked.items() if white < NO_WHITE}
     cyclic = {k: f for k, (_, f) in looked.items() if f > 0}
-    told = [
-        Processed("smoothed", *one) for one in smooth.items() if 2 * len(smooth) >= len(coordinates)
+    return [
+        Processed(code, *one)
+        for code, of in (("smoothed", smooth), ("resampled", cyclic))
+        if 2 * len(of) >= len(coordinates)
+        for one in of.items()
     ]
-    told += [
-        Processed("resampled", *one)
-        for one in cyclic.items()
-        if 2 * len(cyclic) >= len(coordinates)
-    ]
-    return told
 
 
 def white_share(spectrum: Bands, rate_hz: float, step_mm: float) -> float:

@@ -62,7 +62,7 @@ class Scale:
 
 @dataclass(frozen=True)
 class Dynamic:
-    """Dynamic Allan variance of one series at one averaging time tau_s; (k,) windows.
+    """Dynamic Allan variance of one series at one m; (k,) windows.
 
     hop_s: from the start of a window to that of the next; window_s: its length and that of the last
     difference; n_tests: windows in which enough is there; ratio: of the dynamic Allan variance to
@@ -70,6 +70,7 @@ class Dynamic:
     there is less than the baseline. (All windows of 90 hours are half a gigabyte.)
     """
 
+    scale: Scale
     tau_s: float
     hop_s: float
     window_s: float
@@ -133,7 +134,7 @@ def dynamic_allan(
             ratio = avar / baseline
         curves.append(
             Dynamic(
-                scale.m / rate_hz, hop_s,
+                scale, scale.m / rate_hz, hop_s,
                 (scale.window + 2 * scale.m - scale.step) / rate_hz, n_tests, ratio, x,
             )
         )  # fmt: skip

@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import pandas as pd
 from scipy.special import chdtri
 
 from mocap_metrology.common.transforms import irfft, rfft
@@ -60,7 +59,8 @@ def by_place(
         "upper_mm": np.sqrt(variance * dof / chdtri(dof, 0.975)),
         "deviation_mm": total[k] / frames[k] - overall,
     }
-    return pd.DataFrame(columns).to_dict("records"), visits
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    return [dict(zip(columns, row, strict=True)) for row in rows], visits
 
 
 class Visits(NamedTuple):

@@ -123,11 +123,7 @@ def averaging(n: int, rate_hz: float) -> np.ndarray:
 
 
 def predicted(
-    density: Density,
-    lines: Sequence[Sinusoid],
-    one: Filter,
-    m: np.ndarray,
-    rate_hz: float,
+    density: Density, lines: Sequence[Sinusoid], one: Filter, m: np.ndarray, rate_hz: float
 ) -> ResidualNoise:
     """What a filter of gain |H|^2 a pass leaves of lines and of noise with this one-sided density,
     f -> mm^2/Hz: S |H|^4 and A |H|^2 through the transfer functions of means and of the Allan

@@ -139,8 +139,6 @@ def abrupt(g: np.ndarray, place: int, reach: int) -> float:
                 if (without - with_step > SURER_VARIANCES * scale**2)
                 else 1.0
             )
-        if near == LEAST_POINTS:
-            break
     return 1.0
 
 

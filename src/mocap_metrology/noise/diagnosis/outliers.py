@@ -13,7 +13,6 @@ import numpy as np
 from mocap_metrology.common.hampel import MAD_TO_SIGMA, own_step
 from mocap_metrology.common.large import LazyArrays, kept_if_small
 from mocap_metrology.common.parallel import MapFunction, in_turn
-from mocap_metrology.noise.fit.spectral.gaps import bridged
 
 BLOCK = 1000  # differences whose kurtosis is computed at once, so no change of level makes any
 FEWEST_BLOCKS = 8  # blocks
@@ -137,15 +136,11 @@ def without(series: np.ndarray, frames: np.ndarray) -> np.ndarray:
     if not frames.size:
         return series
     out = series.copy()
-    missing = np.isnan(series)
     out[frames] = np.nan
-    near = np.unique(np.add.outer(frames, np.arange(-4, 5)))
-    near = near[(near >= 0) & (near < series.size)]
-    pieces = np.split(near, np.flatnonzero(np.diff(near) > 1) + 1)
-    for piece in pieces:
-        if np.isfinite(out[piece]).any():
-            out[piece] = bridged(out[piece])
-    out[missing] = np.nan
+    near = np.unique(np.add.outer(frames, np.arange(-4, 5)).clip(0, series.size - 1))
+    known = near[np.isfinite(out[near])]
+    if known.size:
+        out[frames] = np.interp(frames, known, out[known])
     return out
 
 

@@ -23,11 +23,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import pandas as pd
 
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.common.parallel import MapFunction, in_turn
-from mocap_metrology.noise.diagnosis.shape import refined_place
 from mocap_metrology.noise.series import AXES
 
 LEAST_BLOCKS = 100
@@ -157,21 +155,33 @@ def _blocks(values: np.ndarray, length: int) -> tuple[np.ndarray, float]:
 
 def _straightened(blocks: np.ndarray) -> np.ndarray:
     """Less the straight line and exponential approach that fit best (least squares, the time
-    constant from two blocks to the whole)."""
+    constant from two blocks to the whole, by steps of 15 %)."""
+    known = np.isfinite(blocks)
     t = np.arange(blocks.size) / blocks.size
     coarse = max(blocks.size // 1000, 1)  # of nine hours a thousand are enough
-    use = np.flatnonzero(np.isfinite(blocks))[::coarse]
-    among = np.geomspace(2 / blocks.size, 1.0, round(math.log(blocks.size / 2) / 0.15) + 2)
-    constant = refined_place(blocks[use], t[use], lambda c: np.exp(-t[use] / c), among)
-    shape = np.stack([np.ones(t.size), t, np.exp(-t / constant)], axis=1)
-    return blocks - shape @ np.linalg.lstsq(shape[use], blocks[use], rcond=None)[0]
+    use = np.flatnonzero(known)[::coarse]
+
+    def fitted(constant: float) -> tuple[float, float, np.ndarray]:
+        shape = _approach(t[use], constant)
+        solved, *_ = np.linalg.lstsq(shape, blocks[use], rcond=None)
+        return float(np.sum((blocks[use] - shape @ solved) ** 2)), constant, solved
+
+    steps = round(math.log(blocks.size / 2) / 0.15) + 2
+    fits = map(fitted, np.geomspace(2 / blocks.size, 1.0, steps))
+    _, constant, solved = min(fits, key=lambda one: one[0])
+    return blocks - _approach(t, constant) @ solved
+
+
+def _approach(t: np.ndarray, constant: float) -> np.ndarray:
+    """(n, 3) columns of a straight line and an exponential at the times t (n,)."""
+    return np.stack([np.ones(t.size), t, np.exp(-t / constant)], axis=1)
 
 
 def _jump(blocks: np.ndarray, block_s: float, within: int, least: float) -> Movement:
     """The largest jump of at least `least` beyond chance, over blocks of 1, 2, 4, ..."""
     largest = STILL
     for level, doubling in _levels(blocks, within):
-        middles = pd.Series(level).rolling(SIDE, SIDE // 2).median().to_numpy()[SIDE - 1 :]
+        middles = _sliding_medians(level)
         steps = middles[SIDE + BETWEEN :] - middles[: -(SIDE + BETWEEN)]
         known = np.isfinite(steps)
         if np.count_nonzero(known) < LEAST_BLOCKS / 2:
@@ -211,6 +221,15 @@ def _levels(blocks: np.ndarray, within: int) -> Iterator[tuple[np.ndarray, int]]
         yield level, doubling
         pairs = level[: level.size // 2 * 2].reshape(-1, 2)
         level, doubling = pairs.mean(axis=1), 2 * doubling
+
+
+def _sliding_medians(values: np.ndarray) -> np.ndarray:
+    """Medians of SIDE successive values; NaN where less than half of them are known."""
+    rising = np.sort(np.lib.stride_tricks.sliding_window_view(values, SIDE), axis=1)
+    known = np.isfinite(rising).sum(axis=1)
+    row, last = np.arange(known.size), np.maximum(known - 1, 0)
+    middle = (rising[row, last // 2] + rising[row, (last + 1) // 2]) / 2
+    return np.where(2 * known >= SIDE, middle, np.nan)
 
 
 def _range(blocks: np.ndarray, within: int) -> tuple[float, slice]:

@@ -41,13 +41,12 @@ class Tails:
 
 
 def heavy_tails(
-    series: Mapping[str, np.ndarray], resolution_mm: float, over: MapFunction = in_turn
+    series: Mapping[str, np.ndarray], step_mm: float, over: MapFunction = in_turn
 ) -> list[Tails]:
     """The series (n,) in mm, NaN in gaps, whose tails are surely heavier than those of a Gaussian.
     over: how the series are shared among threads."""
-    step = resolution_mm if math.isfinite(resolution_mm) else 0.0
     chance = CHANCE / max(len(series), 1)
-    tails = over(lambda one: _tails(*one, step, chance), series.items())
+    tails = over(lambda one: _tails(*one, step_mm, chance), series.items())
     return [one for one in tails if one]
 
 

@@ -99,7 +99,7 @@ def diagnose(
         axes = {f"{a}{k}": recording.coordinates[f"{a}{k}"] for a in AXES}
         processing += running_median(axes, step)
         repeated.append(repeats(label, list(axes.values()), step))
-    low = low_passes(still_spectra, rate, recording.resolution_mm)
+    low = low_passes(still_spectra, rate, step)
     trends_of = _trends(levels, events)
     n_windows = sum(d.n_tests for of_series in dynamics.values() for d in of_series)
     diagnosis = Diagnosis(

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from scipy.ndimage import median_filter
 from scipy.signal import lfilter
 
 from mocap_metrology.common.errors import Refusal
@@ -17,7 +18,7 @@ from mocap_metrology.noise.allan.identification import noise_exponents
 from mocap_metrology.noise.allan.variance import averaging_factors
 from mocap_metrology.noise.assess.measured import measured_spread, measured_within
 from mocap_metrology.noise.cameras.covariance import covariance_rows
-from mocap_metrology.noise.diagnosis import export, outliers, repeats, software
+from mocap_metrology.noise.diagnosis import export, outliers, software
 from mocap_metrology.noise.diagnosis.dynamic import dynamic_allan
 from mocap_metrology.noise.diagnosis.fills import innovation
 from mocap_metrology.noise.diagnosis.levels import trends
@@ -101,11 +102,9 @@ FUNCTIONS: dict[str, Callable[[Floats], object]] = {
     "low pass": lambda x: export.low_pass(
         "x1", export.bands(lfilter([0.2], [1, -0.8], x), RATE), RATE, 0.01
     ),
-    "repeats": lambda x: repeats.repeats("A", [x, x[::-1], -x], 0.1),
+    "repeats": lambda x: software.repeats("A", [x, x[::-1], -x], 0.1),
     "processed": lambda x: processed(lfilter([0.05], [1, -0.95], x)),
-    "running median": lambda x: software.running_median(
-        {"x1": outliers.medians_of_five(x), "y1": x}, 0.0
-    ),
+    "running median": lambda x: software.running_median({"x1": median_filter(x, 5), "y1": x}, 0.0),
     "dynamic": lambda x: dynamic_allan(x, RATE, 0.1, 20.0),
     "pulses": lambda x: pulses(x, RATE, 1e-3),
     "bout": lambda x: recurring_bout(x, RATE, 1e-3, blocks(x, RATE)),

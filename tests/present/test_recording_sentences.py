@@ -15,11 +15,10 @@ from mocap_metrology.noise.diagnosis.levels import Trend
 from mocap_metrology.noise.diagnosis.outliers import Tails
 from mocap_metrology.noise.diagnosis.periodic import Mains, SpectralLine
 from mocap_metrology.noise.diagnosis.records import Diagnosis, DiagnosisSettings, Recording
-from mocap_metrology.noise.diagnosis.repeats import Repeats
 from mocap_metrology.noise.diagnosis.resonance import Resonance
 from mocap_metrology.noise.diagnosis.sides import Sides
 from mocap_metrology.noise.diagnosis.signatures import Wander
-from mocap_metrology.noise.diagnosis.software import Processed
+from mocap_metrology.noise.diagnosis.software import Processed, Repeats
 from mocap_metrology.noise.fit.spectral.lines import Line
 from mocap_metrology.noise.gaussian.two_markers import Drift
 from mocap_metrology.noise.motion.movement import Movement

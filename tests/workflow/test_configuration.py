@@ -127,7 +127,7 @@ def test_defaults_of_the_package_are_those_of_the_configuration() -> None:
     config = Settings().model_dump(mode="json")
     moving = config["still"]["range_mm"]
     still = {"still_range_mm": moving, "horizon_s": config["verdict"]["horizon_s"]}
-    assert plain(DiagnosisSettings()) == config["diagnosis"] | still
+    assert DiagnosisSettings().model_dump(mode="json") == config["diagnosis"] | still
     lighthouse = config["lighthouse"] | {"lasers_m": config["lighthouse"]["lasers_mm"]}
     found = plain(CalibrationSettings())
     assert found.pop("priors") == plain(calibration_settings(Settings().lighthouse).priors)

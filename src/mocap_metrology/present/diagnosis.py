@@ -107,11 +107,7 @@ def _draw_dynamic(
     panel_title(axes, f"Dynamic Allan deviation of {view.series}", remark)
     colours = matplotlib.colormaps["RdBu_r"].with_extremes(bad=figure.FAINT)
     norm = LogNorm(0.25, 4.0)  # of variances: half to twice the deviation
-    dynamics = diagnosis.dynamics.get(view.series)
-    if not dynamics:
-        axes.set(xticks=[], yticks=[])
-        figure.write_message(axes, "no windows")
-        return
+    dynamics = diagnosis.dynamics[view.series]
     for row, d in enumerate(dynamics):
         left = (d.window_s - d.hop_s) / 2 * per_s
         extent = (left, left + d.ratio.size * d.hop_s * per_s, row - 0.5, row + 0.5)

@@ -9,7 +9,6 @@ from scipy import signal
 
 from benchmarks.sentences._kinds import gauss_markov
 from mocap_metrology.noise.diagnosis.dynamic import (
-    Scale,
     _dispersion,
     _windows,
     dynamic_allan,
@@ -18,8 +17,7 @@ from mocap_metrology.noise.diagnosis.events import Event
 from mocap_metrology.noise.diagnosis.outliers import isolated_frames, off_frames, without
 from mocap_metrology.noise.diagnosis.recording import search_events
 from mocap_metrology.noise.diagnosis.recurring import pulses, recurrence, recurring_bout
-from mocap_metrology.noise.diagnosis.sides import Sides, blocks
-from mocap_metrology.noise.diagnosis.whiteness import WHITE
+from mocap_metrology.noise.diagnosis.sides import WHITE, Sides, blocks
 from mocap_metrology.noise.series import all_series
 from mocap_metrology.noise.twins.simulate import simulate
 
@@ -58,9 +56,9 @@ def loud_after(position, from_s, factor):
 @pytest.mark.parametrize(("there", "known"), [(4, True), (3, False)])
 def test_a_window_has_half_of_its_differences(there: int, known: bool) -> None:
     seen = np.arange(80) % 8 < there
-    mean, share = _windows(np.where(seen, 3.0, 0.0), seen, Scale(1, 1, 8))
+    mean, share = _windows(np.full(80, 2.0), seen, 8)
     assert (share == there / 8).all()
-    np.testing.assert_array_equal(mean, np.full(mean.size, 3.0 if known else np.nan))
+    np.testing.assert_array_equal(mean, np.full(mean.size, 2.0 if known else np.nan))
 
 
 def test_degrees_of_freedom_of_a_window() -> None:

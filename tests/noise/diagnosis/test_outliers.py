@@ -13,27 +13,11 @@ from mocap_metrology.noise.diagnosis.outliers import (
     _dense_frames,
     drawn_in,
     heavy_tails,
-    medians_of_five,
     off_frames,
 )
 
 N = 60_000
 MAD = 1.4826  # median absolute deviation to standard deviation
-
-
-@pytest.mark.parametrize("kind", [np.float32, np.float64])
-@pytest.mark.parametrize("n", [1, 4, 5, 6, 7, 1000])
-def test_medians_of_five_are_those_of_scipy(n: int, kind: type) -> None:
-    """With equal samples, with infinite ones, and with gaps."""
-    draw = np.random.default_rng(n)
-    series = draw.normal(size=n).round(1).astype(kind)
-    infinite, gaps = series.copy(), series.copy()
-    infinite[draw.random(n) < 0.1] = np.inf
-    gaps[draw.random(n) < 0.1] = np.nan
-    for values in (series, infinite, gaps):
-        found = medians_of_five(values)
-        assert found.dtype == kind
-        np.testing.assert_array_equal(found, median_filter(values, 5))
 
 
 @pytest.mark.parametrize("size", [20.0, 3.5])

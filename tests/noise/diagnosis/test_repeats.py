@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mocap_metrology.io.read import read_recording
-from mocap_metrology.noise.diagnosis.repeats import repeats, solved_pairs
+from mocap_metrology.noise.diagnosis.software import repeats, solved_pairs
 
 N, RATE = 12_000, 120.0
 STEP = 1.5e-5  # of float32 near 200 mm

@@ -9,12 +9,11 @@ import pytest
 
 from benchmarks.sentences._kinds import gauss_markov
 from benchmarks.sentences.signatures import KINDS, RATE, N, T
-from mocap_metrology.noise.diagnosis.block_means import MOST_BLOCKS, block_length
+from mocap_metrology.noise.diagnosis.block_means import MOST_BLOCKS, block_length, spectra
 from mocap_metrology.noise.diagnosis.export import hiding_step
 from mocap_metrology.noise.diagnosis.findings import shift_near
 from mocap_metrology.noise.diagnosis.one_series import decided
 from mocap_metrology.noise.diagnosis.signatures import LEAST_BLOCKS, Wander, signature
-from mocap_metrology.noise.diagnosis.slow_noises import spectra
 
 
 def noise(seed: int, n: int = N) -> np.ndarray:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mocap_metrology.noise.diagnosis.whiteness import likeness
+from mocap_metrology.noise.diagnosis.sides import likeness
 
 
 @pytest.mark.parametrize(("size", "loud", "times"), [(120, 30, 5), (200, 40, 4)])

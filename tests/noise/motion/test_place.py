@@ -7,7 +7,6 @@ import pytest
 from scipy import stats
 from scipy.signal import butter, lfilter
 
-from mocap_metrology.noise.motion import place
 from mocap_metrology.noise.motion.place import Visits, by_place, evenness, freedom
 
 
@@ -93,11 +92,9 @@ LENGTHS = np.array([1.0, 3, 2, 8, 4, 4, 7, np.nan, 5, 6])
 X = np.array([5.0, 6, 7, 55, 56, 57, 58, 59, 9, 8])
 
 
-@pytest.mark.parametrize("block", [4, 5, place.BLOCK])
-def test_cells_their_pairs_and_their_means(monkeypatch, block: int) -> None:
+def test_cells_their_pairs_and_their_means() -> None:
     """Of 50 mm: frames 0 to 2 and 8, 9 in the first, 3 to 6 in the second; pairs within a cell
-    alone, none over a gap; deviations from the mean of all nine. However many frames at a time."""
-    monkeypatch.setattr(place, "BLOCK", block)
+    alone, none over a gap; deviations from the mean of all nine."""
     middle = np.array([X, 0 * X - 1, 0 * X + 120])
     (first, second), visits = by_place(middle, LENGTHS, 50.0, least=3)
     assert [first[f"{axis}_mm"] for axis in "xyz"] == [25.0, -25.0, 125.0]

@@ -109,17 +109,15 @@ def dynamic_allan(
     valid = np.isfinite(series)
     if not valid.any():
         return []
-    whole = bool(valid.all())
     sums = running_sum(bridged(series) - series[valid].mean(dtype=np.float64))
-    gone = None if whole else running_sum(~valid)
+    gone = None if valid.all() else running_sum(~valid)
     curves = []
     for scale in scales(rate_hz):
         differences, known = _differences(sums, gone, scale)
-        rows = _rows(differences, known, scale)
-        squares = _squares(differences, known)
-        if squares.size < scale.count * FEWEST // 2:
+        rows = _rows(differences, known, scale.count)
+        if differences.size < scale.count * FEWEST // 2:
             continue
-        avar, share = _windows(squares, known, scale)
+        avar, share = _windows(differences, known, scale.count)
         n_tests = int(np.isfinite(avar).sum())
         if n_tests < FEWEST or not np.nanmax(avar) > 0:
             continue
@@ -158,36 +156,27 @@ def tail_factor(x: np.ndarray) -> float:
 
 def _differences(
     sums: np.ndarray, gone: np.ndarray | None, scale: Scale
-) -> tuple[np.ndarray, np.ndarray | None]:
-    """d and, with gaps, which of them touch none."""
+) -> tuple[np.ndarray, np.ndarray]:
+    """d, and which of them touch no gaps."""
     m, step = scale.m, scale.step
     d: np.ndarray = sums[2 * m :: step] - sums[m:-m:step]
     d -= sums[m:-m:step]
     d += sums[: -2 * m : step]
     d /= m
-    return d, None if gone is None else (gone[2 * m :: step] - gone[: -2 * m : step]) == 0
+    if gone is None:
+        return d, np.ones(d.size, bool)
+    return d, (gone[2 * m :: step] - gone[: -2 * m : step]) == 0
 
 
-def _squares(d: np.ndarray, known: np.ndarray | None) -> np.ndarray:
-    """d^2 / 2 in place of d; those that touch gaps are 0."""
+def _windows(d: np.ndarray, known: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]:
+    """Means of d^2 / 2, which takes the place of d, over windows of this size, NaN with less than
+    half of the differences; share of those there."""
     d *= d
     d *= 0.5
-    if known is not None:
-        d[~known] = 0.0
-    return d
-
-
-def _windows(
-    squares: np.ndarray, known: np.ndarray | None, scale: Scale
-) -> tuple[np.ndarray, np.ndarray]:
-    """Means over windows, NaN with less than half of the differences; share of those there."""
-    half = scale.count // 2
-    total = _pairs(squares, half)
-    if known is None:
-        return total / scale.count, np.ones(total.size)
-    count = _pairs(known, half)
-    enough = count >= LEAST_SHARE * scale.count
-    return np.where(enough, total / np.maximum(count, 1), np.nan), count / scale.count
+    d[~known] = 0.0
+    total, count = _pairs(d, size // 2), _pairs(known, size // 2)
+    enough = count >= LEAST_SHARE * size
+    return np.where(enough, total / np.maximum(count, 1), np.nan), count / size
 
 
 def _pairs(values: np.ndarray, half: int) -> np.ndarray:
@@ -195,12 +184,11 @@ def _pairs(values: np.ndarray, half: int) -> np.ndarray:
     return parts[:-1] + parts[1:]
 
 
-def _rows(d: np.ndarray, known: np.ndarray | None, scale: Scale) -> np.ndarray:
-    """A copy of some of the windows, (k, count) differences each; without gaps where enough are."""
-    rows = d[: d.size // scale.count * scale.count].reshape(-1, scale.count)
-    if known is not None:
-        whole = known[: rows.size].reshape(rows.shape).all(axis=1)
-        rows = rows[whole] if whole.sum() >= FEWEST else rows
+def _rows(d: np.ndarray, known: np.ndarray, size: int) -> np.ndarray:
+    """A copy of some of the windows, (k, size) differences each; without gaps where enough are."""
+    rows = d[: d.size // size * size].reshape(-1, size)
+    whole = known[: rows.size].reshape(rows.shape).all(axis=1)
+    rows = rows[whole] if FEWEST <= whole.sum() < whole.size else rows
     return rows[:: rows.shape[0] // SPECTRA + 1].copy()
 
 

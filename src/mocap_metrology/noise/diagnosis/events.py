@@ -12,8 +12,7 @@ import numpy as np
 from mocap_metrology.noise.diagnosis.dynamic import Dynamic
 from mocap_metrology.noise.diagnosis.levels import JOINED_BLOCKS, changes
 from mocap_metrology.noise.diagnosis.outliers import mad_spread
-from mocap_metrology.noise.diagnosis.sides import Blocks, Sides, compare
-from mocap_metrology.noise.diagnosis.whiteness import WHITE, likeness
+from mocap_metrology.noise.diagnosis.sides import WHITE, Blocks, Sides, compare, likeness
 from mocap_metrology.noise.fit.estimates import Z_95
 
 JOIN_S = 1.0  # alarms so close are one event
@@ -142,8 +141,8 @@ class Event:
 
 def alarms(
     dynamics: Mapping[str, Sequence[Dynamic]], false_alarm: float
-) -> tuple[list[Alarm], float]:
-    """Windows less likely than false_alarm over the number of all, as `Alarm`s, and that number;
+) -> tuple[list[list[Alarm]], float]:
+    """Windows less likely than false_alarm over the number of all, `merged`, and that number;
     and beside these windows less likely than that over the number of those within CONTEXT_S, as the
     parts of an event are not all as sure."""
     every = [d for of_series in dynamics.values() for d in of_series]
@@ -159,8 +158,7 @@ def alarms(
         for d in of_series
         for k in np.flatnonzero(d.x > beside)
     ]  # fmt: skip
-    groups = [group for group in merged(raised) if any(a.sure for a in group)]
-    return [alarm for group in groups for alarm in group], n_tests
+    return [group for group in merged(raised) if any(a.sure for a in group)], n_tests
 
 
 def merged(raised: Iterable[Alarm]) -> list[list[Alarm]]:
@@ -316,16 +314,11 @@ def with_sides(
     start, stop = event.time_s - CLEAR_S, event.stop_s + CLEAR_S
     first = max([start - side_s, *(t for t in levels_s if t < start)])
     last = min([stop + side_s, *(t for t in levels_s if t > stop)])
-    sides = tuple(
-        compare(
-            name,
-            one.between(first, start, out_of),
-            one.between(stop, last, out_of),
-            tail,
-        )
+    sides = (
+        compare(name, one.between(first, start, out_of), one.between(stop, last, out_of), tail)
         for name, one in levels.items()
     )
-    return replace(event, sides=sides)
+    return replace(event, sides=tuple(sides))
 
 
 def find_events(
@@ -340,16 +333,14 @@ def find_events(
 
     dynamics, levels, series: of the same recording, outliers bridged, by series.
     """
-    raised, n_tests = alarms(dynamics, false_alarm / 2)
-    groups = merged(raised)
+    groups, n_tests = alarms(dynamics, false_alarm / 2)
     groups = sorted(groups, key=lambda g: -max(a.x for a in g))[:MOST]
     events = measured_events(groups, series, rate_hz, n_tests)
     events = [replace(event, of=len(events)) for event in events]
-    length = next(iter(levels.values())) if levels else None
-    n = max((b.mean.size for b in levels.values()), default=0)
-    out_of = inside_events(events, n, length.length_s if length else 1.0)
-    for change in changes(dict(levels), out_of, side_s, false_alarm / 2):
-        time_s, near = change.time_s, NEAR * length.length_s if length else 0.0
+    first = next(iter(levels.values()))
+    out_of = inside_events(events, first.mean.size, first.length_s)
+    for change in changes(levels, out_of, side_s, false_alarm / 2):
+        time_s, near = change.time_s, NEAR * first.length_s
         beside = [e for e in events if e.time_s - near <= time_s <= e.stop_s + near]
         if beside:
             one = min(beside, key=lambda e: abs(e.time_s - time_s))

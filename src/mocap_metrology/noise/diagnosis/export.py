@@ -224,12 +224,11 @@ def low_pass(
 
 
 def low_passes(
-    spectra: Mapping[str, Bands | None], rate_hz: float, resolution_mm: float
+    spectra: Mapping[str, Bands | None], rate_hz: float, step_mm: float
 ) -> list[LowPass]:
     """The low-pass filters of still series where most coordinates show one, since an export filters
     all of them, and most of these no peak; else none."""
-    step = resolution_mm if math.isfinite(resolution_mm) else 0.0
-    by_series = {name: low_pass(name, one, rate_hz, step) for name, one in spectra.items()}
+    by_series = {name: low_pass(name, one, rate_hz, step_mm) for name, one in spectra.items()}
     coordinates = [v is not None for k, v in by_series.items() if not k.startswith("L")]
     peaked = sum(v.peaked for k, v in by_series.items() if v and not k.startswith("L"))
     agree = 2 * sum(coordinates) >= len(coordinates) and 2 * peaked <= sum(coordinates)

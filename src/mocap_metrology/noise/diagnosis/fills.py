@@ -45,11 +45,6 @@ class Rule:
     limit: float
     chance: float
 
-    @property
-    def least(self) -> int:
-        """Frames on one polynomial that are detected."""
-        return self.run(self.chance) + self.order - 2
-
     @staticmethod
     def run(chance: float, least: float = CHANCE) -> int:
         """Length of a run that chance makes with probability `least`, where it makes each frame

@@ -2,7 +2,6 @@
 
 The filters are those of biomechanics: of second order, run forwards and backwards, so of fourth
 order without delay; at the cutoff the amplitude is halved (-6 dB). A notch is run both ways too.
-They equal those of scipy.signal, whose import takes longer than all filters of a recording.
 """
 
 from __future__ import annotations
@@ -11,11 +10,9 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 
-from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.fit.spectral.gaps import stretches
@@ -29,16 +26,14 @@ PER_DECADE = 8  # averaging times a minimum is looked for on
 LONGEST_SHARE = 0.1  # of the recording
 LONGEST = 1 << 20  # frames that are filtered: more makes the numbers no better
 SHORTEST_S = 3.0  # of a stretch that is filtered
-EDGE = 9  # samples that a stretch is continued by at each end, mirrored at a point
-CYCLES = 40  # of the Allan transfer function followed one by one, and beyond by their mean
-POINTS = 48  # a cycle
+LOWEST = 1e-4  # cycles of the longest mean, from which the spectrum is added up
 LOG_POINTS = 300  # a decade
 PLACES = ("adev_1_frame", *(f"adev_{t:g}s" for t in CHOSEN_S), "least_adev", "least_adev_tau_s")
 
 
 @dataclass(frozen=True)
 class Filter:
-    """name; sos: b0, b1, b2, 1, a1, a2 of one pass, or None for no filter."""
+    """name; sos (1, 6): b0, b1, b2, 1, a1, a2 of one pass, or None for no filter."""
 
     name: str
     sos: np.ndarray | None
@@ -47,21 +42,21 @@ class Filter:
         """|H|^2 of one pass, which is what both passes do to the amplitude."""
         if self.sos is None:
             return np.ones_like(np.asarray(f_hz, float))
-        z = np.exp(-2j * np.pi * np.asarray(f_hz, float) / rate_hz)
-        b0, b1, b2, _, a1, a2 = self.sos
-        return np.abs((b0 + b1 * z + b2 * z**2) / (1 + a1 * z + a2 * z**2)) ** 2
+        from scipy.signal import sosfreqz
+
+        return np.asarray(np.abs(sosfreqz(self.sos, f_hz, fs=rate_hz)[1]) ** 2)
 
     def applied(self, series: np.ndarray, rate_hz: float) -> np.ndarray:
         """Both ways over every stretch without a gap; shorter ones than three seconds become
         NaN."""
         if self.sos is None:
             return series
+        from scipy.signal import sosfiltfilt
+
         out = np.full(series.size, np.nan)
         for part in stretches(series, 0, max(round(SHORTEST_S * rate_hz), 32)):
             mean = series[part].mean()
-            padded = np.pad(series[part] - mean, EDGE, "reflect", reflect_type="odd")
-            there = _one_way(self.sos, padded)
-            out[part] = _one_way(self.sos, there[::-1])[::-1][EDGE:-EDGE] + mean
+            out[part] = sosfiltfilt(self.sos, series[part] - mean) + mean
         return out
 
 
@@ -102,47 +97,20 @@ def filters(
     rate_hz: float, cutoffs_hz: Sequence[float], lines_hz: Sequence[float], notch_width_hz: float
 ) -> list[Filter]:
     """None, the low-passes below Nyquist, and a notch at each line that has room for one."""
+    from scipy.signal import butter, iirnotch, tf2sos
+
     nyquist = rate_hz / 2
     every = [Filter("none", None)]
     every += [
-        Filter(f"Butterworth {f:g} Hz", butterworth(f, rate_hz))
+        Filter(f"Butterworth {f:g} Hz", butter(2, f, fs=rate_hz, output="sos"))
         for f in cutoffs_hz
         if f < 0.95 * nyquist
     ]
     for f in lines_hz:
         width = min(notch_width_hz, f)
         if f + width / 2 < nyquist:
-            every.append(Filter(f"notch {f:.4g} Hz", notch(f, width, rate_hz)))
+            every.append(Filter(f"notch {f:.4g} Hz", tf2sos(*iirnotch(f, f / width, fs=rate_hz))))
     return every
-
-
-def butterworth(cutoff_hz: float, rate_hz: float) -> np.ndarray:
-    """`sos` of a Butterworth filter of second order, by the bilinear transformation."""
-    k = math.tan(math.pi * cutoff_hz / rate_hz)
-    scale = 1 + math.sqrt(2) * k + k**2
-    b = k**2 / scale
-    return np.array([b, 2 * b, b, 1, 2 * (k**2 - 1) / scale, 2 * (1 + k**2) / scale - 1])
-
-
-def notch(f_hz: float, width_hz: float, rate_hz: float) -> np.ndarray:
-    """`sos` of a notch of this width at half the power [Orfanidis 1996, eq. 11.3.7]."""
-    gain = 1 / (1 + math.tan(math.pi * width_hz / rate_hz))
-    middle = -2 * gain * math.cos(2 * math.pi * f_hz / rate_hz)
-    return np.array([gain, middle, gain, 1, middle, 2 * gain - 1])
-
-
-@njit
-def _one_way(sos: np.ndarray, series: np.ndarray) -> np.ndarray:
-    """One pass over (n,), which begins as after a long stretch of its first value."""
-    b0, b1, b2, _, a1, a2 = sos
-    level = (b0 + b1 + b2) / (1 + a1 + a2)
-    first, second = (level - b0) * series[0], (b2 - a2 * level) * series[0]
-    out = np.empty(series.size)
-    for k in range(series.size):
-        x = series[k]
-        y = out[k] = b0 * x + first
-        first, second = b1 * x - a1 * y + second, b2 * x - a2 * y
-    return out
 
 
 def averaging(n: int, rate_hz: float) -> np.ndarray:
@@ -155,18 +123,13 @@ def averaging(n: int, rate_hz: float) -> np.ndarray:
 
 
 def predicted(
-    density: Density,
-    lines: Sequence[Sinusoid],
-    one: Filter,
-    m: np.ndarray,
-    rate_hz: float,
+    density: Density, lines: Sequence[Sinusoid], one: Filter, m: np.ndarray, rate_hz: float
 ) -> ResidualNoise:
     """What a filter of gain |H|^2 a pass leaves of lines and of noise with this one-sided density,
     f -> mm^2/Hz: S |H|^4 and A |H|^2 through the transfer functions of means and of the Allan
     variance."""
-    avar = filtered_avar(density, one, m, rate_hz)
+    avar, variance = filtered_variances(density, one, m, rate_hz)
     size = _means_size(rate_hz)
-    variance = _about_means(density, one, size, rate_hz)
     for line in lines:
         gain = float(one.gain(np.array([line.f_0]), rate_hz)[0])
         avar = avar + gain**2 * line.avar(m, rate_hz)
@@ -176,87 +139,40 @@ def predicted(
     return _residual_noise(math.sqrt(variance), avar, m, rate_hz)
 
 
-def filtered_avar(density: Density, one: Filter, m: np.ndarray, rate_hz: float) -> np.ndarray:
-    """2 Int_0^fN S |H|^4 sin^4(pi f m tau0) / (m sin(pi f tau0))^2 df, (k,).
-
-    Followed cycle by cycle up to 40/tau, beyond with 3/8 for the sine.
-    """
-    grid, fast = _grids(tuple(m), rate_hz)
-    slow = density(grid.f) * one.gain(grid.f, rate_hz) ** 2 * grid.weight
-    beyond = density(fast.f) * one.gain(fast.f, rate_hz) ** 2 * fast.weight
-    later = np.append(np.cumsum(beyond[::-1])[::-1], 0.0)
-    cut = np.append(beyond, 0.0)[fast.first] * fast.cut
-    return (np.add.reduceat(slow, grid.first) + later[fast.first] + cut) / np.square(m, dtype=float)
-
-
-class Grid(NamedTuple):
-    """Frequencies and weights (n,) of sums; the first of each sum (k,), and the share of it that is
-    in the sum, less one."""
-
-    f: np.ndarray
-    weight: np.ndarray
-    first: np.ndarray
-    cut: np.ndarray
+def filtered_variances(
+    density: Density, one: Filter, m: np.ndarray, rate_hz: float
+) -> tuple[np.ndarray, float]:
+    """Allan variances (k,) and the expected sample variance of ten seconds: 2 Int_0^fN S |H|^4
+    sin^4(pi f m tau0) / (m sin(pi f tau0))^2 df, and Int S |H|^4 (1 - |D|^2) df n/(n - 1), D the
+    transfer function of the mean of n frames."""
+    f, kernels = _kernels(tuple(m), rate_hz)
+    *avar, variance = kernels @ (density(f) * one.gain(f, rate_hz) ** 2)
+    return np.array(avar), float(variance)
 
 
 @lru_cache(maxsize=2)
-def _grids(m: Sequence[int], rate_hz: float) -> tuple[Grid, Grid]:
-    """For `filtered_avar`: all sums cycle by cycle behind each other; beyond, each to the end."""
-    tau0, nyquist = 1 / rate_hz, rate_hz / 2
-    parts = []
-    fast, weight = _log_grid(CYCLES / (m[-1] * tau0), nyquist)
-    edges = np.minimum(CYCLES / (np.asarray(m) * tau0), nyquist)
-    for size, edge in zip(m, edges.tolist(), strict=True):
-        slow, width = _log_grid(1e-4 / (size * tau0), min(0.5 / (size * tau0), edge))
-        cycles = (edge - slow[-1]) * size * tau0
-        linear = np.linspace(slow[-1], edge, max(math.ceil(cycles * POINTS), 2) + 1)
-        f, width = np.append(slow, linear), np.append(width, _trapezoid(linear))
-        kernel = np.sin(np.pi * f * size * tau0) ** 4 / np.sin(np.pi * f * tau0) ** 2
-        parts.append((f, 2 * width * kernel))
-    first = np.cumsum([0, *(f.size for f, _ in parts[:-1])])
-    joined = (np.concatenate(every) for every in zip(*parts, strict=True))
-    grid = Grid(next(joined), next(joined), first, np.zeros(first.size))
-    first = np.where(edges < nyquist, np.searchsorted(fast, edges), fast.size)
-    step = np.log(fast[1] / fast[0]) if fast.size > 1 else 1.0
-    cut = np.log(fast[np.minimum(first, fast.size - 1)] / edges) / step - 0.5
-    cut[(first == 0) | (first == fast.size)] = 0.0  # the cell that an edge cuts is in both parts
-    return grid, Grid(fast, 3 / 4 * weight / np.sin(np.pi * fast * tau0) ** 2, first, cut)
+def _kernels(m: Sequence[int], rate_hz: float) -> tuple[np.ndarray, np.ndarray]:
+    """Frequencies (j,), evenly in log f, and weights (k + 1, j) of the sums that
+    `filtered_variances` is made of, in which each power of a sine is the mean over its cell."""
+    size = _means_size(rate_hz)
+    low = LOWEST / max(m[-1], size) * rate_hz
+    edges = np.geomspace(low, rate_hz / 2, round(LOG_POINTS * math.log10(rate_hz / 2 / low)) + 1)
+    f, width = np.sqrt(edges[1:] * edges[:-1]), np.diff(edges)
+    sine = np.sin(np.pi * f / rate_hz)
 
+    def cosine(phase: np.ndarray) -> np.ndarray:
+        return np.cos(phase) * np.sinc(phase / np.pi * width / f / 2)
 
-def _log_grid(low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
-    """Points and trapezoidal weights, evenly in log f."""
-    if not low < high:
-        return np.array([high]), np.array([0.0])
-    count = max(round(LOG_POINTS * math.log10(high / low)), 64)
-    f = np.geomspace(low, high, count)
-    step = math.log(high / low) / (count - 1)
-    weight = f * step
-    weight[[0, -1]] /= 2
-    return f, weight
-
-
-def _trapezoid(x: np.ndarray) -> np.ndarray:
-    step = np.diff(x)
-    return (np.append(step, 0.0) + np.append(0.0, step)) / 2
+    x = np.pi * f / rate_hz * np.array([*m, size])[:, None]
+    fourth = np.where(x < 0.1, np.sin(x) ** 4, (3 - 4 * cosine(2 * x) + cosine(4 * x)) / 8)[:-1]
+    mean = (1 - cosine(2 * x[-1])) / 2 / (size * sine) ** 2
+    about_mean = np.where(x[-1] < 0.1, x[-1] ** 2 / 3, 1 - mean) * size / (size - 1)
+    avar = 2 * fourth / (np.array(m)[:, None] * sine) ** 2
+    return f, width * np.vstack([avar, about_mean])
 
 
 def _means_size(rate_hz: float) -> int:
     return max(round(MEANS_S * rate_hz), 2)
-
-
-def _about_means(density: Density, one: Filter, size: int, rate_hz: float) -> float:
-    """Expected sample variance of blocks of `size` frames: Int S |H|^4 (1 - |D|^2) df
-    size/(size - 1), D the transfer function of their mean."""
-    edge = min(CYCLES * rate_hz / size, rate_hz / 2)
-    slow, slow_weight = _log_grid(1e-4 * rate_hz / size, 0.5 * rate_hz / size)
-    linear = np.linspace(slow[-1], edge, CYCLES * POINTS + 1)
-    fast, fast_weight = _log_grid(edge, rate_hz / 2)
-    f = np.concatenate([slow, linear, fast])
-    weight = np.concatenate([slow_weight, _trapezoid(linear), fast_weight])
-    x = np.pi * f / rate_hz
-    mean = (np.sin(size * x) / (size * np.sin(x))) ** 2
-    value = density(f) * one.gain(f, rate_hz) ** 2 * weight
-    return float(value @ (1 - mean)) * size / (size - 1)
 
 
 def measured(
@@ -314,12 +230,6 @@ def tried(
         )
         for one in among
     ]  # fmt: skip
-
-
-def warm_up() -> None:
-    """Compile for float64, forwards and backwards."""
-    for series in (np.zeros(2), np.zeros(2)[::-1]):
-        _one_way(butterworth(6.0, 100.0), series)
 
 
 NO_FILTER = Filtered("", Filter("none", None), 0, None, None)

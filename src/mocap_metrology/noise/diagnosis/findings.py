@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypedDict, cast
 
+from mocap_metrology.common.types import Record, Row
 from mocap_metrology.noise.diagnosis.export import DOMINATES
 from mocap_metrology.noise.diagnosis.records import Diagnosis, Recording
 from mocap_metrology.noise.diagnosis.shape import AT_ONCE
@@ -59,17 +59,6 @@ USABLE = ("ok", "at_bound", "not_converged")
 SETTLED = 3.0  # T_w after which 95 % of a warm-up are over
 
 
-class FindingRow(TypedDict):
-    """A finding as in JSON, where no number is null."""
-
-    code: str
-    series: str
-    value: float | None
-    lower_95: float | None
-    upper_95: float | None
-    unit: str
-
-
 @dataclass(frozen=True)
 class Finding:
     """One finding in one series (`x1`, ..., `L`; "" where it is of the whole recording).
@@ -93,13 +82,13 @@ class Finding:
         """Unit of the value and of its interval."""
         return CODES[self.code][0]
 
-    def as_dict(self) -> FindingRow:
+    def as_dict(self) -> Row:
         """For JSON."""
-        return cast(FindingRow, vars(self) | {"unit": self.unit})
+        return vars(self) | {"unit": self.unit}
 
     @classmethod
-    def of(cls, row: FindingRow) -> Finding:
-        """Out of JSON."""
+    def of(cls, row: Record) -> Finding:
+        """Out of JSON, where no number is null."""
         numbers = (row["value"], row["lower_95"], row["upper_95"])
         return cls(row["code"], row["series"], *(math.nan if v is None else v for v in numbers))
 

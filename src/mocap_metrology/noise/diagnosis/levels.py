@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+import pandas as pd
 
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.noise.diagnosis.sides import Blocks
@@ -91,7 +92,7 @@ def changes(
     they differ, `abrupt` decides. out_of (k,): blocks in events.
     """
     points = {name: log_levels(one.about_line, out_of) for name, one in levels.items()}
-    length = next(iter(levels.values())).length_s * JOINED_BLOCKS if levels else 1.0
+    length = next(iter(levels.values())).length_s * JOINED_BLOCKS
     reach = max(round(side_s / length), LEAST_POINTS)
     candidates = []
     n_tests = sum(max(g.size - 2 * LEAST_POINTS + 1, 0) for g in points.values())
@@ -138,8 +139,6 @@ def abrupt(g: np.ndarray, place: int, reach: int) -> float:
                 if (without - with_step > SURER_VARIANCES * scale**2)
                 else 1.0
             )
-        if near == LEAST_POINTS:
-            break
     return 1.0
 
 
@@ -166,7 +165,7 @@ def trends(
     for name, one in levels.items():
         g = log_levels(one.about_line, out_of)
         places = [round(s / one.length_s / JOINED_BLOCKS) for s in steps_s]
-        trend = _trend(name, g, places, TREND_CHANCE / max(len(levels), 1), one.length_s)
+        trend = _trend(name, g, places, TREND_CHANCE / len(levels), one.length_s)
         if trend and max(abs(trend.least), abs(trend.greatest)) >= LEAST_CHANGE:
             told.append(trend)
     return told
@@ -244,11 +243,10 @@ def log_levels(variance: np.ndarray, out_of: np.ndarray) -> np.ndarray:
         g = np.log(np.where(out_of[: variance.size], np.nan, variance))
     g[~np.isfinite(g)] = np.nan
     rows = g[: g.size // JOINED_BLOCKS * JOINED_BLOCKS].reshape(-1, JOINED_BLOCKS)
-    known = np.isfinite(rows)
-    total = np.where(known, rows, 0.0).sum(axis=1)
-    return np.where(
-        known.sum(axis=1) * 2 >= JOINED_BLOCKS, total / np.maximum(known.sum(axis=1), 1), np.nan
-    )
+    enough = np.isfinite(rows).sum(axis=1) * 2 >= JOINED_BLOCKS
+    points = np.full(len(rows), np.nan)
+    points[enough] = np.nanmean(rows[enough], axis=1)
+    return points
 
 
 def _split(g: np.ndarray, at: int, reach: int) -> int:
@@ -282,13 +280,8 @@ def _contrasts(g: np.ndarray, reach: int) -> list[tuple[int, float]]:
     scale, dof = _scatter(g)
     if not scale > 0:
         return []
-    at = np.arange(LEAST_POINTS, g.size - LEAST_POINTS + 1)
-    padded = np.pad(g, reach, constant_values=np.nan)
-    windows = np.lib.stride_tricks.sliding_window_view(padded, reach)
-    sides = windows[at], windows[at + reach]
-    count = [np.isfinite(side).sum(axis=1) for side in sides]
-    known = np.minimum(*count) >= LEAST_POINTS
-    before, after = (np.nanmedian(side[known], axis=1) for side in sides)
-    error = 1.2533 * scale * np.sqrt(1 / count[0][known] + 1 / count[1][known])
-    p = 2 * stdtr(dof, -np.abs(after - before) / error)
-    return list(zip(at[known].tolist(), p.tolist(), strict=True))
+    before = pd.Series(g).shift().rolling(reach, LEAST_POINTS)
+    after = pd.Series(g)[::-1].rolling(reach, LEAST_POINTS)
+    error = 1.2533 * scale * np.sqrt(1 / before.count() + 1 / after.count())
+    t = ((after.median() - before.median()).abs() / error).dropna()
+    return list(zip(t.index.tolist(), (2 * stdtr(dof, -t)).tolist(), strict=True))

@@ -15,7 +15,7 @@ from mocap_metrology.noise.diagnosis.block_means import block_length
 from mocap_metrology.noise.diagnosis.export import Resolution, hiding_step, resolution
 from mocap_metrology.noise.diagnosis.filtering import Filtered, filters, middle, tried
 from mocap_metrology.noise.diagnosis.periodic import SpectralLine, described, series_lines
-from mocap_metrology.noise.diagnosis.records import DiagnosisSettings
+from mocap_metrology.noise.diagnosis.records import DiagnosisSettings, Recording
 from mocap_metrology.noise.diagnosis.resonance import MOST_GAPS, Resonance, resonance
 from mocap_metrology.noise.diagnosis.signatures import WALK, Wander, signature
 from mocap_metrology.noise.fit.estimates import DEFAULT_ESTIMATOR, NoiseRow, model_of
@@ -55,9 +55,7 @@ class Examiner:
     """What every series of a recording is examined with; away: frames inside events; noise, psd: as
     of `diagnose`."""
 
-    rate_hz: float
-    step_mm: float
-    resolution_kind: str
+    recording: Recording
     settings: DiagnosisSettings
     n_series: int
     away: np.ndarray
@@ -68,8 +66,9 @@ class Examiner:
     def examined(self, one: tuple[str, np.ndarray]) -> Examined:
         """A series by its name."""
         name, series = one
-        rate, blank = self.rate_hz, without_frames(series, self.away)
-        coarse = hiding_step(blank, self.step_mm, name.startswith("L"))
+        distance, step_mm = name.startswith("L"), self.recording.step_mm
+        rate, blank = self.recording.frame_rate_hz, without_frames(series, self.away)
+        coarse = hiding_step(blank, step_mm, distance)
         wander = signature(blank, rate, self.n_series)
         jumps = bool(wander and wander.jumps)
         if wander:
@@ -92,10 +91,9 @@ class Examiner:
         steps = np.diff(blank)
         steps = steps[np.isfinite(steps)]
         avar_1 = float(np.mean(steps**2)) / 2 if steps.size else math.nan
-        least_step = max(self.step_mm, 0.0 if name.startswith("L") else multiples_of(blank))
-        kind = self.resolution_kind if least_step <= 2 * self.step_mm else "rounded"
-        how = kind, avar_1, rate, name.startswith("L")
-        step = resolution(name, least_step, *how)
+        least_step = max(step_mm, 0.0 if distance else multiples_of(blank))
+        kind = self.recording.resolution_kind if least_step <= 2 * step_mm else "rounded"
+        step = resolution(name, least_step, kind, avar_1, rate, distance)
         at_hz = [one.line.f_0 for one in lines if not one.wanders]
         broad = resonance(name, blank, rate, spectrum, at_hz) if spectrum else None
         return Examined(name, spectrum, lines, filtered, step, wander, broad)
@@ -109,7 +107,7 @@ class Examiner:
         least: tuple[float, float],
     ) -> tuple[list[SpectralLine], list[Filtered]]:
         """Lines beyond this frequency and amplitude."""
-        settings, rate = self.settings, self.rate_hz
+        settings, rate = self.settings, self.recording.frame_rate_hz
         every, part = series_lines(series, rate, settings.max_lines, density, self.n_series)
         lines = [line for line in every if line.f_0 > least[0] and line.A_s > least[1]]
         notches = [line.f_0 for line in lines[:NOTCHES]]
@@ -215,21 +213,15 @@ def _gapless(
     return filled(inside, density, rate_hz, np.random.default_rng(0))
 
 
-def _with_long_gaps(away: np.ndarray) -> np.ndarray:
-    """The mask `away` with gaps so long that the likelihood parts the series there and fills
-    nothing."""
-    wide = away.copy()
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], away.astype(np.int8), [0]])))
-    for first, last in edges.reshape(-1, 2):
-        wide[max(first - LONGEST_GAP // 2, 0) : last + LONGEST_GAP // 2 + 1] = True
-    return wide
-
-
 def _refitted(
     blank: np.ndarray, series: np.ndarray, rate_hz: float, before: NoiseModel | None
 ) -> NoiseModel | None:
-    """The model of a series of which `blank` has left frames out; else the one before."""
-    wide = _with_long_gaps(np.isnan(blank) & ~np.isnan(series))
+    """The model of a series of which `blank` has left frames out; else the one before. They become
+    gaps so long that the likelihood parts the series there and fills nothing."""
+    from scipy.ndimage import maximum_filter1d
+
+    left_out = np.isnan(blank) & ~np.isnan(series)
+    wide = maximum_filter1d(left_out.view(np.uint8), LONGEST_GAP + 1).view(bool)
     form: Form = before.form if before else "sampled"
     cleaned = np.round(without_frames(middle(blank), middle(wide)), PICOMETRES)
     try:

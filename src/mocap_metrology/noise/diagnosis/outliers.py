@@ -10,11 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.hampel import MAD_TO_SIGMA, own_step
 from mocap_metrology.common.large import LazyArrays, kept_if_small
 from mocap_metrology.common.parallel import MapFunction, in_turn
-from mocap_metrology.noise.fit.spectral.gaps import bridged
 
 BLOCK = 1000  # differences whose kurtosis is computed at once, so no change of level makes any
 FEWEST_BLOCKS = 8  # blocks
@@ -43,13 +41,12 @@ class Tails:
 
 
 def heavy_tails(
-    series: Mapping[str, np.ndarray], resolution_mm: float, over: MapFunction = in_turn
+    series: Mapping[str, np.ndarray], step_mm: float, over: MapFunction = in_turn
 ) -> list[Tails]:
     """The series (n,) in mm, NaN in gaps, whose tails are surely heavier than those of a Gaussian.
     over: how the series are shared among threads."""
-    step = resolution_mm if math.isfinite(resolution_mm) else 0.0
     chance = CHANCE / max(len(series), 1)
-    tails = over(lambda one: _tails(*one, step, chance), series.items())
+    tails = over(lambda one: _tails(*one, step_mm, chance), series.items())
     return [one for one in tails if one]
 
 
@@ -87,36 +84,15 @@ def mad_spread(values: np.ndarray) -> float:
     return MAD_TO_SIGMA * float(np.median(np.abs(known - np.median(known)))) if known.size else 0.0
 
 
-def medians_of_five(series: np.ndarray) -> np.ndarray:
-    """(n,) median of every sample of (n,) floats with two to each side, mirrored at the ends: as
-    `scipy.ndimage.median_filter`, which orders the samples of gaps as it comes to them."""
-    if series.size < 5 or np.isnan(series).any():
-        from scipy.ndimage import median_filter
-
-        return np.asarray(median_filter(series, 5))
-    medians = np.empty_like(series)
-    _medians_of_five(np.pad(series, 2, mode="symmetric"), medians)
-    return medians
-
-
-@njit
-def _medians_of_five(series: np.ndarray, medians: np.ndarray) -> None:
-    """The median of a, b, c, d, e is that of e, the greater of the lesser of two pairs of the
-    others, and the lesser of the greater."""
-    for i in range(medians.size):
-        a, b, c, d, e = series[i], series[i + 1], series[i + 2], series[i + 3], series[i + 4]
-        low = max(min(a, b), min(c, d))
-        high = min(max(a, b), max(c, d))
-        medians[i] = max(min(e, low), min(max(e, low), high))
-
-
 def off_frames(series: np.ndarray, n_sigma: float, resolution: float = 0.0) -> np.ndarray:
     """Frames of (n,) that are farther than n_sigma scales from the median of the five round them;
     the scale is that of all these distances, or of steps from frame to frame over sqrt(2) if that
     is more (smoothed tracks lie on their medians; of a fine file without steps of 0, which repeated
     frames have), half a step of the values at least; as many times that as the distances of `BLOCK`
     frames are louder, there or beside."""
-    distance, changes = series - medians_of_five(series), np.diff(series)
+    from scipy.ndimage import median_filter
+
+    distance, changes = series - median_filter(series, 5), np.diff(series)
     if np.isfinite(distance).sum() < FEWEST:
         return np.empty(0, int)
     usual, step = mad_spread(distance), max(resolution, own_step(series))
@@ -159,15 +135,11 @@ def without(series: np.ndarray, frames: np.ndarray) -> np.ndarray:
     if not frames.size:
         return series
     out = series.copy()
-    missing = np.isnan(series)
     out[frames] = np.nan
-    near = np.unique(np.add.outer(frames, np.arange(-4, 5)))
-    near = near[(near >= 0) & (near < series.size)]
-    pieces = np.split(near, np.flatnonzero(np.diff(near) > 1) + 1)
-    for piece in pieces:
-        if np.isfinite(out[piece]).any():
-            out[piece] = bridged(out[piece])
-    out[missing] = np.nan
+    near = np.unique(np.add.outer(frames, np.arange(-4, 5)).clip(0, series.size - 1))
+    known = near[np.isfinite(out[near])]
+    if known.size:
+        out[frames] = np.interp(frames, known, out[known])
     return out
 
 
@@ -203,7 +175,7 @@ def _far_frames(series: np.ndarray, resolution: float) -> tuple[np.ndarray, np.n
     from scipy.ndimage import median_filter
 
     with np.errstate(invalid="ignore"):
-        distance = series - medians_of_five(series)
+        distance = series - median_filter(series, 5)
     step = max(resolution, own_step(series))
     for again in (True, False):
         reach = DRAWN_IN_SCALES * max(mad_spread(distance), step / 2)
@@ -237,9 +209,3 @@ def _dense_frames(off: np.ndarray, n_series: int) -> np.ndarray:
             dense = near >= enough[0]
             mask |= binary_dilation(dense, iterations=frames // 2) if frames > 1 else dense
     return mask
-
-
-def warm_up() -> None:
-    """Compile for float32 and float64."""
-    for kind in (np.float32, np.float64):
-        medians_of_five(np.arange(8, dtype=kind))

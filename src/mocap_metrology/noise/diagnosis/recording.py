@@ -30,10 +30,14 @@ from mocap_metrology.noise.diagnosis.records import (
     explained,
 )
 from mocap_metrology.noise.diagnosis.recurring import pulses, recurrence, recurring_bout
-from mocap_metrology.noise.diagnosis.repeats import repeats, solved_pairs
 from mocap_metrology.noise.diagnosis.sides import Blocks, blocks
 from mocap_metrology.noise.diagnosis.signatures import Wander
-from mocap_metrology.noise.diagnosis.software import processed, running_median
+from mocap_metrology.noise.diagnosis.software import (
+    processed,
+    repeats,
+    running_median,
+    solved_pairs,
+)
 from mocap_metrology.noise.fit.estimates import NoiseRow
 from mocap_metrology.noise.gaussian.two_markers import drift
 from mocap_metrology.noise.motion.movement import Movement, movement
@@ -71,8 +75,8 @@ def diagnose(
     if away.mean() > MOST_BLANKED:
         away[:] = False
 
-    of_all = rate, step, recording.resolution_kind, settings, len(quiet), away
-    examiner = Examiner(*of_all, noise, psd, welch_settings or {})
+    welch = welch_settings or {}
+    examiner = Examiner(recording, settings, len(quiet), away, noise, psd, welch)
     every = list(over(examiner.examined, quiet.items()))
     moves = _movements(recording, settings, over)
     at_rest = [
@@ -95,7 +99,7 @@ def diagnose(
         axes = {f"{a}{k}": recording.coordinates[f"{a}{k}"] for a in AXES}
         processing += running_median(axes, step)
         repeated.append(repeats(label, list(axes.values()), step))
-    low = low_passes(still_spectra, rate, recording.resolution_mm)
+    low = low_passes(still_spectra, rate, step)
     trends_of = _trends(levels, events)
     n_windows = sum(d.n_tests for of_series in dynamics.values() for d in of_series)
     diagnosis = Diagnosis(
@@ -188,9 +192,7 @@ def _recurring(
 
 def _trends(levels: Mapping[str, Blocks], events: Sequence[Event]) -> list[Trend]:
     """Beside what became another at once."""
-    one = next(iter(levels.values()), None)
-    if one is None:
-        return []
+    one = next(iter(levels.values()))
     out_of = inside_events(events, one.mean.size, one.length_s)
     steps = [
         e.time_s if math.isnan(e.level_s) else e.level_s

@@ -18,16 +18,13 @@ from mocap_metrology.noise.diagnosis.filtering import Filtered
 from mocap_metrology.noise.diagnosis.levels import Trend
 from mocap_metrology.noise.diagnosis.outliers import Tails
 from mocap_metrology.noise.diagnosis.periodic import SpectralLine
-from mocap_metrology.noise.diagnosis.repeats import Repeats
 from mocap_metrology.noise.diagnosis.resonance import Resonance
-from mocap_metrology.noise.diagnosis.sides import Blocks
+from mocap_metrology.noise.diagnosis.sides import WHITE, Blocks
 from mocap_metrology.noise.diagnosis.signatures import Wander
-from mocap_metrology.noise.diagnosis.software import Processed
-from mocap_metrology.noise.diagnosis.whiteness import WHITE
+from mocap_metrology.noise.diagnosis.software import Processed, Repeats
 from mocap_metrology.noise.gaussian.two_markers import Drift
 from mocap_metrology.noise.motion.movement import STILL, Movement
 
-USUAL = settings.Diagnosis()
 MANY_REPEATS = 0.1  # share of the frames, from which they may look like those of a low-pass
 MAY_SWITCH = frozenset({"steps", "levels"})  # of cameras, not excluded
 WITHIN = 1.6  # times the distance of positions, that a switch between them is at most, with noise
@@ -35,21 +32,9 @@ MULTIPLES = 6  # of the frequency at which bursts recur, that are no cycle
 SAME = 0.01  # part that frequencies of one line may differ by, in several series
 
 
-@dataclass(frozen=True)
-class DiagnosisSettings:
-    """false_alarm: probability that a sound recording gets any event; side_s: what is compared
-    before and after an event (S 3.5: five minutes); spike_sigma: frames farther off than this are
-    outliers and no events; cutoffs_hz: low-pass filters; notch_width_hz: between its half-power
-    points, one pass; max_lines: a series; still_range_mm, horizon_s: of
-    `movement`.
-    """
+class DiagnosisSettings(settings.Diagnosis):
+    """With still_range_mm and horizon_s, which are of `movement`."""
 
-    false_alarm: float = USUAL.false_alarm
-    side_s: float = USUAL.side_s
-    spike_sigma: float = USUAL.spike_sigma
-    cutoffs_hz: tuple[float, ...] = USUAL.cutoffs_hz
-    notch_width_hz: float = USUAL.notch_width_hz
-    max_lines: int = USUAL.max_lines
     still_range_mm: float = settings.Still().range_mm
     horizon_s: float = settings.Verdict().horizon_s
 

@@ -56,19 +56,12 @@ def recoveries(z: Floats, k: np.ndarray) -> Iterator[Shape]:
 def _fading_at(z: Floats, constant: float) -> tuple[float, int]:
     """What an exponential that begins at once takes of the squares of (n,) values, at most, and at
     which block: a matched filter."""
+    from scipy.signal import lfilter
+
     decay = math.exp(-1 / constant)
     energy = (1 - decay ** (2 * np.arange(z.size, 0, -1))) / (1 - decay**2)
-    gain = _faded_sums(z, decay) ** 2 / energy
+    gain = lfilter([1], [1, -decay], z[::-1])[::-1] ** 2 / energy
     return float(np.max(gain[1:])), int(np.argmax(gain[1:])) + 1
-
-
-@njit
-def _faded_sums(x: Floats, decay: float) -> Floats:
-    """(n,) sums over all later values, which count by `decay` a place less."""
-    out = x.copy()
-    for k in range(x.size - 2, -1, -1):
-        out[k] += decay * out[k + 1]
-    return out
 
 
 def several_recoveries(z: Floats, k: np.ndarray) -> Iterator[Shape]:
@@ -147,4 +140,3 @@ def _viterbi(costs: Floats, price: float) -> np.ndarray:
 def warm_up() -> None:
     """Compile for float64."""
     _viterbi(np.zeros((2, 3)), 1.0)
-    _faded_sums(np.zeros(3), 0.5)

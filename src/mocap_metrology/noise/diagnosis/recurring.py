@@ -14,7 +14,6 @@ from mocap_metrology.noise.fit.spectral.gaps import bridged
 
 RECURRING, REGULAR = 6, 0.1  # events that tell of a period; part of it that they may be off
 LONGEST = 1 << 19  # frames that are looked at
-TAPS = 10  # of a low-pass, to each side, in samples of what is left
 PULSE_S, LEAST_PULSES, LEAST_PERIODS, HARMONICS, CLIPPED = 0.05, 1200, 8, 4, 9.0
 OCTAVES = 16
 SWINGS = 30.0  # times the median power around, of a line
@@ -43,6 +42,7 @@ def pulses(series: np.ndarray, rate_hz: float, chance: float) -> float:
     clipped, have lines at a frequency and at its multiples; a level that swings has one alone.
     """
     from scipy.ndimage import maximum_filter1d, uniform_filter1d
+    from scipy.signal import resample_poly
 
     start = max((series.size - LONGEST) // 2, 0)
     series = series[start : start + LONGEST]
@@ -54,7 +54,7 @@ def pulses(series: np.ndarray, rate_hz: float, chance: float) -> float:
     values = values - uniform_filter1d(values, round(rate_hz) | 1)
     squares = values**2
     squares[~known] = squares[known].mean()  # gaps may recur, too
-    power = _decimated(squares[: count * length], length)  # no line folds
+    power = resample_poly(squares[: count * length], 1, length)  # no line folds
     power = np.minimum(power, CLIPPED * np.median(power))
     padded = 4 * count
     tapered = (power - power.mean()) * np.hanning(count)  # so that lines have no side lobes
@@ -116,16 +116,6 @@ def recurring_bout(
         return math.nan, math.nan, math.nan
     ends = min(periods) / rate_hz, (max(periods) + frames) / rate_hz
     return float(np.median(list(periods.values()))), *ends
-
-
-def _decimated(values: np.ndarray, length: int) -> np.ndarray:
-    """Every length-th of (n,) values behind a low-pass: scipy.signal.resample_poly, whose import
-    takes longer than this."""
-    at = np.arange(-TAPS * length, TAPS * length + 1)
-    weight = np.sinc(at / length) * np.kaiser(at.size, 5.0)
-    padded = np.pad(values, TAPS * length)
-    windows = np.lib.stride_tricks.sliding_window_view(padded, at.size)[::length]
-    return np.asarray(windows @ weight / weight.sum())
 
 
 def _level_near(density: np.ndarray) -> np.ndarray:

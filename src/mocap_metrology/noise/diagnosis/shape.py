@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -159,21 +159,18 @@ def refined_place(
     basis, _ = np.linalg.qr(fixed if beside is None else np.hstack([fixed, beside.T]))
     left = z - basis @ (basis.T @ z)
 
-    def rest(place: float) -> float:
-        X = np.atleast_2d(columns(place))
+    def gain(places: Sequence[float]) -> Floats:
+        """What the columns take from the sum of squares, by normal equations."""
+        X = np.array([np.atleast_2d(columns(place)) for place in places])
         X = X - (X @ basis) @ basis.T
-        b = X @ left
-        if len(X) == 1:
-            return -float(b[0] ** 2 / max(float(X[0] @ X[0]), 1e-300))
-        return -float(b @ np.linalg.lstsq(X @ X.T, b, rcond=1e-9)[0])  # of the sum of squares
+        b, G = X @ left, X @ X.transpose(0, 2, 1)
+        G += np.eye(len(G[0])) * (1e-10 * G + 1e-300)  # of columns alike, or none
+        return np.asarray((b * np.linalg.solve(G, b[..., None])[..., 0]).sum(axis=1))
 
-    X = np.array([columns(place) for place in grid])
-    if X.size == grid.size * z.size:  # one column a place: all at once
-        X = X.reshape(grid.size, z.size)
-        X = X - (X @ basis) @ basis.T
-        best = int(np.argmax((X @ left) ** 2 / np.maximum((X * X).sum(axis=1), 1e-300)))
-    else:
-        best = int(np.argmin([rest(place) for place in grid]))
+    best = int(np.argmax(gain(grid)))
     bounds = float(grid[max(best - 1, 0)]), float(grid[min(best + 1, grid.size - 1)])
     fine = {"xatol": 1e-4 * (bounds[1] - bounds[0])}
-    return float(minimize_scalar(rest, bounds=bounds, method="bounded", options=fine).x)
+    found = minimize_scalar(
+        lambda place: -gain([place])[0], bounds=bounds, method="bounded", options=fine
+    )
+    return float(found.x)

@@ -31,10 +31,16 @@ from typing import NamedTuple
 import numpy as np
 
 from mocap_metrology.common.types import Floats
-from mocap_metrology.noise.diagnosis.block_means import block_length, mean_variance, means_of_blocks
+from mocap_metrology.noise.diagnosis.block_means import (
+    block_length,
+    by_parts,
+    likeliest_sums,
+    mean_variance,
+    means_of_blocks,
+    spectra,
+)
 from mocap_metrology.noise.diagnosis.shape import AT_ONCE, LEVELS, Shape, on_line
 from mocap_metrology.noise.diagnosis.shapes import LAWLESS, PERIODS, shapes
-from mocap_metrology.noise.diagnosis.slow_noises import by_parts, likeliest_sums, spectra
 from mocap_metrology.noise.fit.estimates import Z_95
 
 LEVEL, UNEVEN, NOTHING = 0.03, 0.01, 1e-3  # of what is excluded; among loud blocks; of white noise

@@ -8,7 +8,7 @@ other, in rad, and each has its Allan variance.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -77,11 +77,12 @@ def of_cluster(points_mm: Sequence[Sequence[Sliced]]) -> Orientation:
         )
     residual = np.full(n, np.nan)
 
-    def rotations(part: slice) -> np.ndarray:
-        turns, residual[part] = _turned(_chosen_frames(points_mm, part), shape)
-        return turns
+    def turns() -> Iterator[np.ndarray]:
+        for part in _chunks(n):
+            turned, residual[part] = _turned(_chosen_frames(points_mm, part), shape)
+            yield turned
 
-    return Orientation(_vectors(rotations, n), residual, float(np.sqrt((shape**2).sum() / k)))
+    return Orientation(_vectors(turns(), n), residual, float(np.sqrt((shape**2).sum() / k)))
 
 
 def unknown(n: int) -> Orientation:
@@ -99,13 +100,13 @@ def of_poses(xyzw: np.ndarray) -> Orientation:
 
     n = xyzw.shape[1]
 
-    def rotations(part: slice) -> np.ndarray:
-        seen, turns = known[part], np.full((known[part].size, 3, 3), np.nan)
-        if seen.any():
-            turns[seen] = Rotation.from_quat(xyzw[:, part][:, seen].T).as_matrix()
-        return turns
+    def turns() -> Iterator[np.ndarray]:
+        for part in _chunks(n):
+            turned = np.full((known[part].size, 3, 3), np.nan)
+            turned[known[part]] = Rotation.from_quat(xyzw[:, part][:, known[part]].T).as_matrix()
+            yield turned
 
-    return Orientation(_vectors(rotations, n), np.full(n, np.nan), float("nan"))
+    return Orientation(_vectors(turns(), n), np.full(n, np.nan), float("nan"))
 
 
 def _chunks(n: int) -> list[slice]:
@@ -120,9 +121,8 @@ def _chosen_frames(points: Sequence[Sequence[Sliced]], frames: slice | np.ndarra
 def _shape(points: Sequence[Sequence[Sliced]], whole: np.ndarray) -> np.ndarray:
     """(k, 3) mean shape about its centre, by turning up to SHAPE_FRAMES frames onto each other."""
     chosen = whole[np.linspace(0, whole.size - 1, min(whole.size, SHAPE_FRAMES)).astype(int)]
-    by_frame = np.moveaxis(_chosen_frames(points, chosen), 2, 0).copy()
-    some = np.moveaxis(by_frame, 0, 2)  # the order of the sums over frames decides last digits
-    some = some - some.mean(axis=0)
+    some = _chosen_frames(points, chosen)
+    some -= some.mean(axis=0)
     shape: np.ndarray = some[:, :, 0]
     for _ in range(4):  # each round leaves less than a thousandth of the change of the last
         turns, _ = _turned(some, shape)
@@ -151,30 +151,24 @@ def _turned(points: np.ndarray, shape: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return r, residual
 
 
-def _vectors(rotations: Callable[[slice], np.ndarray], n: int) -> np.ndarray:
-    """log(R R_mean^T) as (3, n), R_mean the rotation nearest to the mean matrix.
+def _vectors(turns: Iterable[np.ndarray], n: int) -> np.ndarray:
+    """log(R R_mean^T) as (3, n), R_mean the rotation nearest to the sum of all matrices.
 
-    rotations: (m, 3, 3) of some of the n frames, asked for twice: of 90 hours at 120 Hz all of them
-    together would be 2.8 GB.
+    turns: (m, 3, 3) of one of `_chunks` after the other: of 90 hours at 120 Hz all of them together
+    would be 2.8 GB.
     """
     from scipy.spatial.transform import Rotation
 
-    parts = _chunks(n)
-    total, count = np.empty((0, 3, 3)), 0
-    for part in parts:
-        turns = rotations(part)
-        turns = turns[np.isfinite(turns).all(axis=(1, 2))]
-        total = np.concatenate([total, turns]).sum(axis=0, keepdims=True)
-        count += len(turns)
-    u, _, vt = np.linalg.svd(total[0] / count)
-    u[:, 2] *= np.sign(np.linalg.det(u) * np.linalg.det(vt))
-    mean = u @ vt
-    vectors = np.full((3, n), np.nan)
-    for part in parts:
-        turns = rotations(part)
-        known = np.isfinite(turns).all(axis=(1, 2))
-        turned = Rotation.from_matrix(turns[known] @ mean.T).as_rotvec().T
-        vectors[:, part][:, known] = turned
+    vectors, total = np.full((3, n), np.nan), np.zeros((3, 3))
+    for part, turned in zip(_chunks(n), turns, strict=True):
+        known = np.isfinite(turned).all(axis=(1, 2))
+        total += turned[known].sum(axis=0)
+        vectors[:, part][:, known] = Rotation.from_matrix(turned[known]).as_rotvec().T
+    back = Rotation.from_matrix(total).inv()
+    for part in _chunks(n):
+        known = np.isfinite(vectors[0, part])
+        rotations = Rotation.from_rotvec(vectors[:, part][:, known].T)
+        vectors[:, part][:, known] = (rotations * back).as_rotvec().T
     return vectors
 
 

@@ -9,33 +9,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple, TypedDict
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import chdtri
 
 from mocap_metrology.common.transforms import irfft, rfft
+from mocap_metrology.common.types import Record
 
 LEAST_DIFFERENCES = 30  # of a cell: its sigma is then good to 16 % where noise is white
 LEAST_OF_VISIT = 10  # differences of a visit that is compared with others
-BLOCK = 1 << 18  # frames worked on at a time, so that long recordings need little memory
 LAGS = 200  # frames: noise of filters, as far as they reach at common frame rates
-
-
-class PlaceRow(TypedDict):
-    """Noise of one cube: see `by_place`."""
-
-    x_mm: float
-    y_mm: float
-    z_mm: float
-    n_frames: int
-    n_pairs: int
-    n_visits: int
-    dof: float
-    sigma_mm: float
-    lower_mm: float
-    upper_mm: float
-    deviation_mm: float
 
 
 def by_place(
@@ -43,7 +27,7 @@ def by_place(
     distance_mm: np.ndarray,
     cell_mm: float,
     least: int = LEAST_DIFFERENCES,
-) -> tuple[list[PlaceRow], Visits]:
+) -> tuple[list[Record], Visits]:
     """One row a cube of `cell_mm` with at least `least` pairs of successive frames in it; and the
     visits of all cubes.
 
@@ -54,36 +38,29 @@ def by_place(
     (`Visits.dispersion`); n_visits: those that were compared. `deviation_mm` is the cell's mean L
     less that of all frames.
     """
-    cells, number = _cells(middle_mm, distance_mm, cell_mm)
-    known, n_cells = number >= 0, cells.shape[1]
+    cells, visits, frames, total = _visits(middle_mm, distance_mm, cell_mm)
+    n_cells = cells.shape[1]
     if not n_cells:
-        return [], Visits(*np.zeros((3, 0)))
-    frames, mean, visits = _tally(number, distance_mm, n_cells)
-    overall, each = float(distance_mm[known].mean()), freedom(np.where(known, distance_mm, np.nan))
+        return [], visits
+    overall, each = total.sum() / frames.sum(), freedom(distance_mm)
     each /= visits.dispersion(each)
     pairs, squares = (np.bincount(visits.cell, v, n_cells) for v in visits[1:])
-    count = np.bincount(visits.cell, visits.long, n_cells).astype(int)
-    rows: list[PlaceRow] = []
-    for k in np.flatnonzero(pairs >= least):
-        variance, dof = squares[k] / (2 * pairs[k]), each * pairs[k]
-        low, high = (dof / chdtri(dof, p) for p in (0.025, 0.975))
-        centre = (cells[:, k] + 0.5) * cell_mm
-        rows.append(
-            {
-                "x_mm": float(centre[0]),
-                "y_mm": float(centre[1]),
-                "z_mm": float(centre[2]),
-                "n_frames": int(frames[k]),
-                "n_pairs": int(pairs[k]),
-                "n_visits": int(count[k]),
-                "dof": float(dof),
-                "sigma_mm": math.sqrt(variance),
-                "lower_mm": math.sqrt(variance * low),
-                "upper_mm": math.sqrt(variance * high),
-                "deviation_mm": float(mean[k]) - overall,
-            }
-        )
-    return rows, visits
+    count = np.bincount(visits.cell, visits.long, n_cells)
+    k = np.flatnonzero(pairs >= least)
+    variance, dof = squares[k] / (2 * pairs[k]), each * pairs[k]
+    columns = {
+        **dict(zip(("x_mm", "y_mm", "z_mm"), (cells[:, k] + 0.5) * cell_mm, strict=True)),
+        "n_frames": frames[k].astype(int),
+        "n_pairs": pairs[k].astype(int),
+        "n_visits": count[k].astype(int),
+        "dof": dof,
+        "sigma_mm": np.sqrt(variance),
+        "lower_mm": np.sqrt(variance * dof / chdtri(dof, 0.025)),
+        "upper_mm": np.sqrt(variance * dof / chdtri(dof, 0.975)),
+        "deviation_mm": total[k] / frames[k] - overall,
+    }
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    return [dict(zip(columns, row, strict=True)) for row in rows], visits
 
 
 class Visits(NamedTuple):
@@ -113,47 +90,28 @@ class Visits(NamedTuple):
         return max(float(left.sum()) / repeats, 1.0)
 
 
-def _tally(
-    number: np.ndarray, distance_mm: np.ndarray, n_cells: int
-) -> tuple[np.ndarray, np.ndarray, Visits]:
-    """Number of frames and mean distance of each cell, and their visits. number: `_cells`."""
-    visit = np.append(0, np.cumsum(number[1:] != number[:-1]))
-    of_visit = number[np.append(0, np.flatnonzero(np.diff(visit)) + 1)]
-    frames, mean = np.zeros(n_cells, np.int64), np.zeros(n_cells)
-    pairs, squares = np.zeros(of_visit.size, np.int64), np.zeros(of_visit.size)
-    for start in range(0, number.size, BLOCK):
-        cell, part = number[start : start + BLOCK + 1], distance_mm[start : start + BLOCK + 1]
-        at = np.flatnonzero(cell[:BLOCK] >= 0)
-        frames += np.bincount(cell[at], minlength=n_cells)
-        np.add.at(mean, cell[at], part[at])
-        at = np.flatnonzero((cell[:-1] >= 0) & (cell[1:] == cell[:-1]))
-        pairs += np.bincount(visit[start + at], minlength=pairs.size)
-        np.add.at(squares, visit[start + at], (part[at + 1] - part[at]) ** 2)
-    there = of_visit >= 0
-    return frames, mean / frames, Visits(of_visit[there], pairs[there], squares[there])
-
-
-def _cells(
+def _visits(
     middle_mm: Sequence[np.ndarray], distance_mm: np.ndarray, cell_mm: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """(3, k) whole numbers of the cubes in which the pair was, in order, and (n,) the place of each
-    frame's among them, -1 in gaps; a part of the frames at a time."""
-    number = np.full(distance_mm.size, -1)
-    cells = np.empty((3, 0), np.int64)
-    for seek in (False, True):  # all cubes first, as their order decides their places
-        for start in range(0, number.size, BLOCK):
-            part = slice(start, start + BLOCK)
-            middle = np.array([row[part] for row in middle_mm])
-            known = np.isfinite(distance_mm[part]) & np.isfinite(middle).all(axis=0)
-            cell = np.floor(middle[:, known] / cell_mm).astype(np.int64)
-            new, index = np.unique(cell, axis=1, return_inverse=True)
-            if seek:
-                places = {tuple(one): k for k, one in enumerate(cells.T.tolist())}
-                into = np.array([places[tuple(one)] for one in new.T.tolist()], dtype=np.int64)
-                number[part][known] = into[index.ravel()]
-            else:
-                cells = np.unique(np.concatenate([cells, new], axis=1), axis=1)
-    return cells, number
+) -> tuple[np.ndarray, Visits, np.ndarray, np.ndarray]:
+    """(3, k) whole numbers of the cubes in which the pair was, in order, its visits of them, and of
+    each cube the number of frames and the sum of their distances."""
+    known = np.isfinite(distance_mm)
+    for row in middle_mm:
+        known &= np.isfinite(row)
+    enters = np.diff(known, prepend=~known[:1])
+    for row in middle_mm:
+        enters[1:] |= known[1:] & known[:-1] & (np.diff(np.floor(row / cell_mm)) != 0)
+    start = np.flatnonzero(enters)
+    there = known[start]
+    frames = np.diff(np.append(start, known.size))
+    squares = np.diff(distance_mm, append=np.nan) ** 2
+    squares[start - 1] = 0.0  # from one visit to the next; the last frame has none
+    total, squares = (np.add.reduceat(v, start, dtype=float)[there] for v in (distance_mm, squares))
+    places = np.array([np.floor(row[start[there]] / cell_mm) for row in middle_mm]).astype(int)
+    cells, cell = np.unique(places, axis=1, return_inverse=True)
+    visits = Visits(cell.ravel(), frames[there] - 1, squares)
+    frames, total = (np.bincount(visits.cell, v, cells.shape[1]) for v in (frames[there], total))
+    return cells, visits, frames, total
 
 
 def freedom(series: np.ndarray) -> float:
@@ -183,7 +141,7 @@ def freedom(series: np.ndarray) -> float:
     return min(1 / max(1 + 2 * float(np.sum(rho**2 - 1 / counts[1:][seen])), 1.0), 1.0)
 
 
-def evenness(rows: Sequence[PlaceRow], visits: Visits) -> dict[str, float]:
+def evenness(rows: Sequence[Record], visits: Visits) -> dict[str, float]:
     """Whether the cells of `by_place` differ more than chance: `p` of one-way analysis of variance
     of the logarithms of the variances of their visits, `worst_over_best` sigma, and `bend_mm`, the
     standard deviation of the cells' mean L. p is NaN where no cell was visited twice, as place

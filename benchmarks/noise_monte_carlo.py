@@ -26,11 +26,10 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from mocap_metrology.noise.fit.estimates import Coefficient, Components, Estimate
-from mocap_metrology.noise.fit.spectral.fisher import crlb, spectrum_of
 from mocap_metrology.noise.fit.spectral.intervals import coefficients
 from mocap_metrology.noise.fit.spectral.order import choose, fit_known
 from mocap_metrology.noise.fit.spectral.periodogram import Periodogram, bins_of
-from mocap_metrology.noise.fit.spectral.whittle import Likelihood
+from mocap_metrology.noise.fit.spectral.whittle import Likelihood, crlb, spectrum_of
 from mocap_metrology.noise.model.components import NoiseModel
 from mocap_metrology.noise.twins.published import published_row
 

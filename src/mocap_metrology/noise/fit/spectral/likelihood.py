@@ -20,14 +20,19 @@ from mocap_metrology.noise.fit.estimates import Z_95, Coefficient, Components, E
 from mocap_metrology.noise.fit.spectral import lines as periodic
 from mocap_metrology.noise.fit.spectral.detrend import Alternative, alternatives, without_part
 from mocap_metrology.noise.fit.spectral.detrend_rows import deterministic_rows
-from mocap_metrology.noise.fit.spectral.fisher import model_of
 from mocap_metrology.noise.fit.spectral.gaps import bridged, filled, stretches
 from mocap_metrology.noise.fit.spectral.intervals import coefficients
-from mocap_metrology.noise.fit.spectral.lines import Line
+from mocap_metrology.noise.fit.spectral.line import Line
 from mocap_metrology.noise.fit.spectral.order import choose, fit_known, penalty
 from mocap_metrology.noise.fit.spectral.periodogram import Periodogram, Stretch, periodogram
 from mocap_metrology.noise.fit.spectral.rivals import Rival, judged, undecided
-from mocap_metrology.noise.fit.spectral.whittle import Fit, Likelihood, Spectrum, dictionary
+from mocap_metrology.noise.fit.spectral.whittle import (
+    Fit,
+    Likelihood,
+    Spectrum,
+    dictionary,
+    model_of,
+)
 from mocap_metrology.noise.model.components import ALPHAS, Form
 from mocap_metrology.noise.model.deterministic import Deterministic
 
@@ -60,13 +65,12 @@ class LikelihoodSettings:
 
 @dataclass(frozen=True)
 class LikelihoodRun:
-    """The estimate, the periodogram it was fitted to (lines and deterministic part subtracted), the
-    lines, and the deterministic parts that were compared, the best first."""
+    """The estimate, the periodogram it was fitted to (lines and deterministic part subtracted), and
+    the lines."""
 
     estimate: Estimate
     periodogram: Periodogram
     lines: tuple[Line, ...]
-    alternatives: tuple[Alternative, ...] = ()
 
 
 def check_series(series: np.ndarray, resolution: float = 0.0) -> None:
@@ -137,7 +141,7 @@ def likelihood(
         rows = tuple(_misfit(c, notes[-1]) for c in rows)
     note = "; ".join(filter(None, notes))
     estimate = Estimate("likelihood", settings.form, rows, fit.deviance, note)
-    return LikelihoodRun(estimate, data, tuple(lines), tuple(parts))
+    return LikelihoodRun(estimate, data, tuple(lines))
 
 
 def _of_either_form(

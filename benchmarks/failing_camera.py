@@ -30,14 +30,19 @@ import numpy as np
 from mocap_metrology.noise.allan.confidence import equivalent_dof
 from mocap_metrology.noise.cameras.diagnosis import (
     N_BLOCKS,
-    Addition,
     Moments,
     additions,
     diagnose,
     moments,
 )
 from mocap_metrology.noise.cameras.findings import addition_rows, noisy, raising_additions
-from mocap_metrology.noise.twins.take import Facility, joint_covariance, positions, random_facility
+from mocap_metrology.noise.cameras.information import Addition
+from mocap_metrology.noise.twins.take import (
+    Facility,
+    gain_matrices,
+    joint_covariance,
+    random_facility,
+)
 
 RATE_HZ, RISE, NOISY = 120.0, 0.05, 1.5
 CAMERAS, LEAST_SCATTER = 10, 0.3
@@ -148,8 +153,9 @@ def simulated(
             white = rng.standard_normal((2, n)) * np.sqrt(1 - kept**2)
             pixels[k] += extra_px[k] * lfilter([1.0], [1.0, -kept], white, axis=1)
         moved = np.cumsum(rng.standard_normal((3, n)), axis=1) * 1e-4
-        for name, ids in subsets.items():
-            recordings[name, marker + 1] = moved + positions(system, marker, pixels, ids)
+        gains = gain_matrices(system, marker, list(subsets.values()))
+        for name, gain in zip(subsets, gains, strict=True):
+            recordings[name, marker + 1] = moved + np.einsum("idk,kdt->it", gain, pixels)
     return moments(found, lambda name, marker: recordings[name, marker], 2, RATE_HZ, n)
 
 

@@ -65,12 +65,13 @@ class LikelihoodSettings:
 
 @dataclass(frozen=True)
 class LikelihoodRun:
-    """The estimate, the periodogram it was fitted to (lines and deterministic part subtracted), and
-    the lines."""
+    """The estimate, the periodogram it was fitted to (lines and deterministic part subtracted), the
+    lines, and the deterministic parts that were compared, the best first."""
 
     estimate: Estimate
     periodogram: Periodogram
     lines: tuple[Line, ...]
+    alternatives: tuple[Alternative, ...] = ()
 
 
 def check_series(series: np.ndarray, resolution: float = 0.0) -> None:
@@ -141,7 +142,7 @@ def likelihood(
         rows = tuple(_misfit(c, notes[-1]) for c in rows)
     note = "; ".join(filter(None, notes))
     estimate = Estimate("likelihood", settings.form, rows, fit.deviance, note)
-    return LikelihoodRun(estimate, data, tuple(lines))
+    return LikelihoodRun(estimate, data, tuple(lines), tuple(parts))
 
 
 def _of_either_form(

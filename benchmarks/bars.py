@@ -18,9 +18,8 @@ import numpy as np
 
 from mocap_metrology.accuracy.bar import STATISTICS, Certificate, evaluate
 from mocap_metrology.accuracy.clusters import scale_slope
-from mocap_metrology.accuracy.components import repeated
-from mocap_metrology.accuracy.effective import half_interval
 from mocap_metrology.accuracy.statement import ANY, statements
+from mocap_metrology.accuracy.statistics import half_interval, repeated
 from mocap_metrology.accuracy.take import take_of
 from mocap_metrology.accuracy.twin import BarErrors, BarMotion, BarTwin, gauss_markov, simulate_bar
 from mocap_metrology.settings import Bar as Settings

@@ -23,8 +23,9 @@ import numpy as np
 
 from benchmarks import head, line
 from mocap_metrology.noise.allan.confidence import equivalent_dof
-from mocap_metrology.noise.cameras.diagnosis import N_BLOCKS, Addition, Moments, additions, diagnose
+from mocap_metrology.noise.cameras.diagnosis import N_BLOCKS, Moments, additions, diagnose
 from mocap_metrology.noise.cameras.findings import addition_rows, noisy, raising_additions
+from mocap_metrology.noise.cameras.information import Addition
 from mocap_metrology.noise.twins.take import Facility, joint_covariance, random_facility
 
 RATE_HZ, RISE, NOISY = 120.0, 0.05, 1.5

@@ -29,12 +29,11 @@ from mocap_metrology.noise.allan.confidence import allan_curve
 from mocap_metrology.noise.allan.variance import averaging_factors
 from mocap_metrology.noise.fit.allan.annealing import annealing_run
 from mocap_metrology.noise.fit.estimates import Coefficient, Components, Estimate
-from mocap_metrology.noise.fit.spectral.fisher import crlb
 from mocap_metrology.noise.fit.spectral.intervals import coefficients
 from mocap_metrology.noise.fit.spectral.likelihood import likelihood
 from mocap_metrology.noise.fit.spectral.order import choose, fit_known
 from mocap_metrology.noise.fit.spectral.periodogram import Periodogram
-from mocap_metrology.noise.fit.spectral.whittle import Likelihood
+from mocap_metrology.noise.fit.spectral.whittle import Likelihood, crlb
 from mocap_metrology.noise.model.components import ALPHAS, NoiseModel
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 from mocap_metrology.noise.twins.published import published_row

@@ -19,13 +19,12 @@ from scipy.optimize import linear_sum_assignment
 
 from benchmarks.sentences import Row, percent
 from mocap_metrology.noise.fit.spectral.detrend import without_part
-from mocap_metrology.noise.fit.spectral.fisher import crlb, spectrum_of
 from mocap_metrology.noise.fit.spectral.intervals import coefficients
 from mocap_metrology.noise.fit.spectral.likelihood import likelihood
 from mocap_metrology.noise.fit.spectral.order import choose, penalty
 from mocap_metrology.noise.fit.spectral.periodogram import Periodogram, bins_of
 from mocap_metrology.noise.fit.spectral.rivals import judged
-from mocap_metrology.noise.fit.spectral.whittle import Likelihood
+from mocap_metrology.noise.fit.spectral.whittle import Likelihood, crlb, spectrum_of
 from mocap_metrology.noise.model.components import ALPHAS, NoiseModel
 from mocap_metrology.noise.model.synthesis import Cross, draw_pair
 from mocap_metrology.noise.twins.published import SERIES, published_keys, published_row

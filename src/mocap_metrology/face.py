@@ -22,7 +22,7 @@ from mocap_metrology.lighthouse.calibrate import jansen
 from mocap_metrology.lighthouse.calibrate.scene import Sensors
 from mocap_metrology.lighthouse.decode.chain import decode
 from mocap_metrology.lighthouse.records import PoseEstimate
-from mocap_metrology.noise.allan.confidence import ScatteredCurve, allan_curve
+from mocap_metrology.noise.allan.confidence import AllanCurve, allan_curve
 from mocap_metrology.noise.allan.variance import averaging_factors
 from mocap_metrology.noise.changes.compare import Curve, adev_ratio
 from mocap_metrology.noise.coefficients import coefficients as noise
@@ -77,7 +77,7 @@ def allan(values: np.ndarray, rate_hz: float) -> pd.DataFrame:
     return pd.DataFrame(columns | {"adev_lower_mm": curve.lower, "adev_upper_mm": curve.upper})
 
 
-def _scattered(values: np.ndarray, rate_hz: float) -> ScatteredCurve:
+def _scattered(values: np.ndarray, rate_hz: float) -> AllanCurve:
     samples = np.asarray(values, float)
     return allan_curve(samples, rate_hz, averaging_factors(len(values))).as_scattered(samples)
 

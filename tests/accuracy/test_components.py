@@ -8,8 +8,12 @@ import pytest
 from scipy import stats
 from scipy.signal import lfilter
 
-from mocap_metrology.accuracy.components import random_effects, repeated
-from mocap_metrology.accuracy.effective import effective_number, half_interval
+from mocap_metrology.accuracy.statistics import (
+    effective_number,
+    half_interval,
+    random_effects,
+    repeated,
+)
 
 # BCG trials [Colditz 1994] as in the documentation of metafor: log relative risks and their
 # variances; DerSimonian & Laird: tau^2 0.3088, mean -0.7141; its confint: tau^2 0.1197 to 1.1115

@@ -18,10 +18,10 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_table
 from mocap_metrology.io.read import labels_of, read_recording
 from mocap_metrology.lighthouse.decode.chain import decode
-from mocap_metrology.noise.body_covariance import body_covariance
 from mocap_metrology.noise.cameras.take import Take, levels_of, one_frame, take_rows
 from mocap_metrology.noise.changes.covariate import Covariate, coherence_row
 from mocap_metrology.noise.changes.rows import coarse_steps, compare_rows, places_rows, trend_rows
+from mocap_metrology.noise.filters import body_covariance
 from mocap_metrology.noise.fit.estimates import read_noise
 from mocap_metrology.noise.motion.orientation import of_cluster, of_poses
 from mocap_metrology.noise.motion.place import by_place, evenness

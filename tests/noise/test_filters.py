@@ -5,8 +5,7 @@ import pytest
 import yaml
 from scipy.spatial.transform import Rotation
 
-from mocap_metrology.noise.body_covariance import body_covariance
-from mocap_metrology.noise.filters import covariances, px4_params, ros_yaml
+from mocap_metrology.noise.filters import body_covariance, covariances, px4_params, ros_yaml
 
 PLACES_MM = np.array([[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [0.0, 100.0, 0.0]])
 

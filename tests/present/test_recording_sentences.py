@@ -19,7 +19,7 @@ from mocap_metrology.noise.diagnosis.resonance import Resonance
 from mocap_metrology.noise.diagnosis.sides import Sides
 from mocap_metrology.noise.diagnosis.signatures import Wander
 from mocap_metrology.noise.diagnosis.software import Processed, Repeats
-from mocap_metrology.noise.fit.spectral.lines import Line
+from mocap_metrology.noise.fit.spectral.line import Line
 from mocap_metrology.noise.gaussian.two_markers import Drift
 from mocap_metrology.noise.motion.movement import Movement
 from mocap_metrology.present.text import sentence

@@ -7,8 +7,7 @@ INPUTS = ("new", "old", "new_diagnosis", "old_diagnosis")
 
 with step(snakemake) as log:
     from mocap_metrology.common.files import read_json, read_table, write_json
-    from mocap_metrology.noise.changes.pairs import Side, conditions
-    from mocap_metrology.noise.changes.rows import coarse_in_either, compare_rows
+    from mocap_metrology.noise.changes.rows import Side, coarse_in_either, compare_rows, conditions
     from mocap_metrology.present import changes, tables
     from mocap_metrology.present.changes import Comparison, compare_figure
     from mocap_metrology.present.plot.figure import Texts, save

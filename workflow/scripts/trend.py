@@ -4,8 +4,7 @@ from step import step
 
 with step(snakemake) as log:
     from mocap_metrology.common.files import read_table
-    from mocap_metrology.noise.changes.pairs import Side
-    from mocap_metrology.noise.changes.rows import coarse_steps, trend_rows
+    from mocap_metrology.noise.changes.rows import Side, coarse_steps, trend_rows
     from mocap_metrology.present import tables
     from mocap_metrology.present.changes import trend_figure
     from mocap_metrology.present.plot.figure import Texts, save

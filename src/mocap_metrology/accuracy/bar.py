@@ -17,9 +17,16 @@ from functools import cached_property
 import numpy as np
 
 from mocap_metrology.accuracy.clusters import LEAST_FRAMES
-from mocap_metrology.accuracy.components import FEWEST, Effects, Repeated, random_effects, repeated
-from mocap_metrology.accuracy.effective import effective_number, half_interval
 from mocap_metrology.accuracy.parts import Parts, parts_of
+from mocap_metrology.accuracy.statistics import (
+    FEWEST,
+    Effects,
+    Repeated,
+    effective_number,
+    half_interval,
+    random_effects,
+    repeated,
+)
 from mocap_metrology.accuracy.take import Take, classes
 from mocap_metrology.common.errors import UNREADABLE, Refusal
 from mocap_metrology.settings import Bar as Settings

@@ -9,8 +9,8 @@ import numpy as np
 
 from mocap_metrology.accuracy.bar import STATISTICS, Bar, OfClass
 from mocap_metrology.accuracy.clusters import ScaleSlope
-from mocap_metrology.accuracy.components import Repeated
 from mocap_metrology.accuracy.findings import Finding
+from mocap_metrology.accuracy.statistics import Repeated
 from mocap_metrology.common.types import Record, Row
 from mocap_metrology.noise.motion.place import LEAST_DIFFERENCES, by_place
 from mocap_metrology.settings import Bar as Settings

@@ -8,8 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mocap_metrology.accuracy.components import random_effects
-from mocap_metrology.accuracy.effective import effective_number, huber_fit, robust_sd
+from mocap_metrology.accuracy.statistics import (
+    effective_number,
+    huber_fit,
+    random_effects,
+    robust_sd,
+)
 
 SAMPLED = 4000  # frames that distances are taken from
 FEW = 64  # of them, that show most pairs that part

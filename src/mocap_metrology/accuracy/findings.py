@@ -11,9 +11,8 @@ import numpy as np
 
 from mocap_metrology.accuracy.bar import NORMAL, Bar, pass_scatter
 from mocap_metrology.accuracy.clusters import ScaleSlope
-from mocap_metrology.accuracy.components import FEWEST, repeated
-from mocap_metrology.accuracy.effective import effective_number, robust_sd
 from mocap_metrology.accuracy.parts import shifted, surface_terms
+from mocap_metrology.accuracy.statistics import FEWEST, effective_number, repeated, robust_sd
 from mocap_metrology.accuracy.take import MOVING_MM_S, Take
 from mocap_metrology.common.types import Row
 

@@ -14,8 +14,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mocap_metrology.accuracy.components import Repeated, random_effects, repeated
-from mocap_metrology.accuracy.effective import effective_number, huber_fit, robust_sd
+from mocap_metrology.accuracy.statistics import (
+    Repeated,
+    effective_number,
+    huber_fit,
+    random_effects,
+    repeated,
+    robust_sd,
+)
 
 FLAT = 0.05  # of the largest extent: along an axis of less the surface does not bend
 FITTED = 10_000  # frames at most

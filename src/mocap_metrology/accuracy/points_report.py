@@ -13,8 +13,6 @@ from scipy.special import fdtrc, stdtrit
 
 from mocap_metrology.accuracy.points import (
     ALIKE,
-    PARAMETERS,
-    Drift,
     Points,
     Segments,
     fit,
@@ -92,13 +90,11 @@ def _misfit(
         swap, swapped_mm = exchanged(points, off_mm)
         simple_mm = min(float(others_mm[worst]), swapped_mm)
     changes = frame_changes(points)
-    drift = _likelier_drift(points, changes) if left_mm > gross else None
+    # Cuts are likelier than a drift
+    drift = frame_drift(points) if left_mm > gross and not changes.cuts else None
     inside_mm = drift.inside_mm if drift else changes.inside_mm
     if left_mm <= rounding or simple_mm < LIKELIER * inside_mm:
-        drift = None
-        changes = Segments((), whole_mm, ())
-    elif drift:
-        changes = Segments((), whole_mm, ())
+        drift, changes = None, Segments((), whole_mm, ())
     rest_mm = changes.inside_mm if changes.cuts else drift.inside_mm if drift else left_mm
     fits = rest_mm <= gross
     is_swapped = not fits and swapped_mm < min(ALONE * whole_mm, float(others_mm[worst]))
@@ -121,17 +117,6 @@ def _misfit(
         "exchanged_mm": swapped_mm if is_swapped else None,
         "findings": [code for code, is_so in codes.items() if is_so],
     }
-
-
-def _likelier_drift(points: Points, changes: Segments) -> Drift | None:
-    """A drift of the frame that explains more than segments by BIC, or nothing."""
-    drift = frame_drift(points)
-    if drift is None or not changes.cuts:
-        return drift
-    size = 3 * len(points)
-    extra = PARAMETERS * (len(changes.cuts) + 1) - 12
-    gain = 2 * size * math.log(drift.inside_mm / max(changes.inside_mm, 1e-9))
-    return drift if gain < extra * math.log(size) else None
 
 
 def _is_wrong(points: Points, worst: int, others_mm: float, whole_mm: float) -> bool:

@@ -24,8 +24,8 @@ from typing import Any
 import numpy as np
 
 from mocap_metrology.accuracy.bar import Bar, OfClass
-from mocap_metrology.accuracy.components import FEWEST
 from mocap_metrology.accuracy.parts import frame_variance
+from mocap_metrology.accuracy.statistics import FEWEST
 from mocap_metrology.common.gum import Budget, Component, effective_dof
 
 ANY = "any"

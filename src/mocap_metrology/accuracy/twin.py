@@ -17,7 +17,7 @@ from pydantic.dataclasses import dataclass as entry
 
 from mocap_metrology.common.entries import ENTRY, MADE, NonNegative, Number, Positive, Whole, one_of
 from mocap_metrology.noise.model.components import Form
-from mocap_metrology.noise.twins.simulate import SimulatedRecording, frames_of, stream
+from mocap_metrology.noise.twins.simulate import SimulatedRecording, frames_of, stream, truth_of
 from mocap_metrology.noise.twins.twin import Labels, Place
 
 Along = Literal["x", "y", "z", "turning"]
@@ -95,25 +95,21 @@ def simulate_bar(twin: BarTwin) -> SimulatedRecording:
     half = direction * (bar.length + error) / 2
     position = np.stack([middle - half, middle + half])
     position += bar.frame / math.sqrt(2) * drawn.standard_normal(position.shape)
-    truth = {
-        "twin": twin.name,
-        "source": "simulated bar that is carried through a volume",
-        "seed": twin.seed,
-        "form": twin.form,
-        "frame_rate_hz": rate,
-        "n_frames": n,
-        "labels": list(twin.labels),
-        "coefficients": {},
-        "length_mm": bar.length,
-        "bias_mm": bar.bias,
-        "pass_offset_mm": offset,
-        "surface_mm": bar.surface,
-        "pass_mm": bar.pass_mm,
-        "rest_mm": bar.rest,
-        "correlation_s": bar.correlation_s,
-        "frame_mm": bar.frame,
-        "notes": ["the error of the length is along the bar, half of it at either marker"],
-    }
+    truth = truth_of(
+        twin,
+        n,
+        "simulated bar that is carried through a volume",
+        coefficients={},
+        length_mm=bar.length,
+        bias_mm=bar.bias,
+        pass_offset_mm=offset,
+        surface_mm=bar.surface,
+        pass_mm=bar.pass_mm,
+        rest_mm=bar.rest,
+        correlation_s=bar.correlation_s,
+        frame_mm=bar.frame,
+        notes=["the error of the length is along the bar, half of it at either marker"],
+    )
     return SimulatedRecording(rate, position, truth)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from mocap_metrology.accuracy.bar import BarEntry
-from mocap_metrology.accuracy.components import FEWEST
+from mocap_metrology.accuracy.statistics import FEWEST
 from mocap_metrology.cli import results
 from mocap_metrology.cli.recording import SETTINGS, advised, reuse_freed_memory
 from mocap_metrology.common.errors import Refusal

@@ -175,13 +175,19 @@ def some_of(known: Iterable[str]) -> BeforeValidator:
     return BeforeValidator(check)
 
 
-def list_of(count: int, expected: str) -> BeforeValidator:
-    """A list of so many values."""
+def list_of(
+    count: int | None, expected: str, kind: type = object, distinct: bool = False
+) -> BeforeValidator:
+    """A list of so many values of a kind."""
 
     def check(value: object) -> object:
-        if not isinstance(value, list | tuple) or len(value) != count:
+        items = tuple(value) if isinstance(value, list | tuple) else None
+        right = items is not None and all(isinstance(one, kind) for one in items)
+        if items is None or not right or (count is not None and len(items) != count):
             raise Unfit(expected, value)
-        return tuple(value)
+        if distinct and len(set(items)) < len(items):
+            raise Unfit(expected, value)
+        return items
 
     return BeforeValidator(check)
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mocap_metrology.common.large import LazyArrays
-from mocap_metrology.common.types import Columns, Record
+from mocap_metrology.common.types import Columns, Floats, Record
 
 if TYPE_CHECKING:
     from mocap_metrology.noise.allan.confidence import AllanCurve
@@ -100,16 +100,18 @@ def pair_numbers(
 
 
 def allan_columns(series: str, curve: AllanCurve, estimator: str = "oadev") -> Columns:
-    """Columns of allan.parquet of one series and estimator; of a `ScatteredCurve` those of
-    allan_masked.parquet."""
+    """Columns of allan.parquet of one series and estimator; of a curve with stretches those
+    of allan_masked.parquet."""
     k = curve.m.size
     values = (
         *(np.full(k, series, dtype=object), np.full(k, estimator, dtype=object)),
         *(curve.m, curve.tau_s, curve.variance, curve.deviation, curve.n_terms, curve.alpha),
         *(curve.edf, curve.lower, curve.upper),
     )
-    stretches = getattr(curve, "stretches", ())
-    return dict(zip(ALLAN, values, strict=True)) | dict(zip(STRETCHES, stretches, strict=False))
+    stretches = (
+        {} if curve.stretches is None else dict(zip(STRETCHES, curve.stretches, strict=True))
+    )
+    return dict(zip(ALLAN, values, strict=True)) | stretches
 
 
 def periodogram_columns(series: str, periodogram: Periodogram | None) -> Columns:
@@ -123,6 +125,16 @@ def periodogram_columns(series: str, periodogram: Periodogram | None) -> Columns
         *(bins.f_upper_hz, periodogram.psd, periodogram.weight, bins.duration_s),
     )
     return dict(zip(PERIODOGRAM, values, strict=True))
+
+
+def block_means(series: np.ndarray, length: int, least: float = 0.5) -> Floats:
+    """Means of successive blocks of `length` values, NaN where less than this share of a block is
+    there, or nothing."""
+    blocks = np.asarray(series[: series.size // length * length], float).reshape(-1, length)
+    valid = np.isfinite(blocks)
+    counts = valid.sum(axis=1)
+    sums = np.where(valid, blocks, 0.0).sum(axis=1)
+    return np.where(counts >= max(least * length, 1), sums / np.maximum(counts, 1), np.nan)
 
 
 def joined(parts: Sequence[Mapping[str, np.ndarray]], names: Sequence[str]) -> Columns:

@@ -11,7 +11,6 @@ MEAN_S, LEAST_MEANS = 1.0, 8
 CLIP_FROM, CLIP_FEW = 2.0, 0.1  # an axis stops short of what lies so many times the range of the
 CORE = (0.01, 0.99)  # rest (between these quantiles) off it, in less than this share of columns
 LEAST_RANGE_MM = 1e-3  # of an axis
-CHUNK = 1 << 16  # samples
 MOST_STEPS = 100_000  # differences from which the noise of one frame is estimated
 MARKED_SIGMA = 6.0  # outliers farther off than noise ever is are marked
 
@@ -55,12 +54,7 @@ def columns(values: np.ndarray, n_columns: int) -> pd.DataFrame:
     edges = np.arange(n_columns + 1) * values.size // n_columns
     valid = np.isfinite(values)
     centre = values[np.argmax(valid)] if valid.any() else 0.0  # sums about it keep their digits
-    step = max(CHUNK // max(values.size // n_columns, 1), 1)  # columns at once, in the cache
-    parts = [
-        _columns(values[part[0] : part[-1]], part[:-1] - part[0], centre)
-        for part in (edges[k : k + step + 1] for k in range(0, n_columns, step))
-    ]
-    of = (edges[:-1], edges[1:], *np.concatenate(parts, axis=1))
+    of = (edges[:-1], edges[1:], *_columns(values, edges[:-1], centre))
     return pd.DataFrame(dict(zip(names, of, strict=True))).astype({"n_valid": np.int64})
 
 

@@ -39,7 +39,7 @@ CONFIDENCE = 0.683  # of the intervals of a trend
 
 def sentences(rows: Sequence[Row], conditions: Mapping[str, Sequence[Row]] = NONE) -> list[str]:
     """A sentence a comparison: what became better, worse, by how much at most, or nothing; and what
-    is to be known beside it: `conditions` (of `noise.changes.pairs`) by recording."""
+    is to be known beside it: `conditions` (of `noise.changes.rows`) by recording."""
     return [
         f"{new} compared with {old}: {_changes(of_pair, conditions.get(new, ()))}."
         for (new, old), of_pair in _by_pair(rows).items()

@@ -8,8 +8,7 @@ import pytest
 
 from mocap_metrology.noise.allan.confidence import allan_curve
 from mocap_metrology.noise.allan.variance import averaging_factors
-from mocap_metrology.noise.changes.pairs import Side, conditions
-from mocap_metrology.noise.changes.rows import compare_rows
+from mocap_metrology.noise.changes.rows import Side, compare_rows, conditions
 from mocap_metrology.noise.series import ALLAN_MASKED, STRETCHES, allan_columns, joined
 
 SETTINGS = {"margin": 0.05, "alpha": 0.01, "confidence": 0.95}

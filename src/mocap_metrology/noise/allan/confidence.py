@@ -121,7 +121,8 @@ def interval(
 
 @dataclass(frozen=True)
 class AllanCurve:
-    """An Allan curve with its intervals; every field is (k,), deviations in the series' unit."""
+    """An Allan curve with its intervals; fields are (k,), deviations in the series' unit.
+    stretches: (3, k), how it varies along its series (`levels_of_stretches`), where known."""
 
     m: np.ndarray
     tau_s: np.ndarray
@@ -131,6 +132,7 @@ class AllanCurve:
     edf: np.ndarray
     lower: np.ndarray
     upper: np.ndarray
+    stretches: Floats | None = None
 
     @property
     def deviation(self) -> Floats:
@@ -143,24 +145,14 @@ class AllanCurve:
         least as often as it says."""
         return replace(self, upper=self.upper / (1 - taken))
 
-    def as_scattered(self, series: np.ndarray, confidence: float = 0.683) -> ScatteredCurve:
+    def as_scattered(self, series: np.ndarray, confidence: float = 0.683) -> AllanCurve:
         """The curve with the degrees of freedom that the scatter of parts of the series leaves
         (`excess_scatter`), where it is more than that of stationary Gaussian noise."""
         terms = list(octave_terms(series, self.m))
         edf = np.maximum(self.edf / excess_scatter(terms, self.m, self.edf), 1.0)
         lower, upper = interval(self.variance, edf, confidence)
         stretches = levels_of_stretches(terms, self.m, self.tau_s, series.size)
-        alike = {name: getattr(self, name) for name in AllanCurve.__dataclass_fields__}
-        return ScatteredCurve(
-            **alike | {"edf": edf, "lower": lower, "upper": upper}, stretches=stretches
-        )
-
-
-@dataclass(frozen=True)
-class ScatteredCurve(AllanCurve):
-    """An Allan curve, and how it varies along its series: `levels_of_stretches`, (3, k)."""
-
-    stretches: Floats
+        return replace(self, edf=edf, lower=lower, upper=upper, stretches=stretches)
 
 
 def mean_variance(parts: np.ndarray) -> float:
@@ -215,17 +207,23 @@ def octave_terms(series: np.ndarray, m: np.ndarray) -> Iterator[Terms]:
         yield Terms(octave, windows, squares[np.isfinite(squares)])
 
 
+def excess(parts: np.ndarray, edf: float) -> float:
+    """Times by which the variance of the mean of (K,) parts of squares exceeds that of stationary
+    Gaussian noise, 2 / edf of its square; 1 where K - 1 degrees of freedom do so in CHANCE."""
+    from scipy.special import chdtri
+
+    times, dof = mean_variance(parts) / parts.mean() ** 2 * edf / 2, parts.size - 1
+    return float(times) if times > max(chdtri(dof, CHANCE) / dof, 1.0) else 1.0
+
+
 def excess_scatter(terms: Iterable[Terms], m: np.ndarray, edf: np.ndarray) -> Floats:
     """(k,) times by which the variance of an Allan variance exceeds that of stationary Gaussian
     noise, 2 / edf: of a marker between two levels, or a gain that follows the light, much.
 
     The terms at every octave of m are averaged over K parts of the recording, K <= PARTS, each of
-    LEAST_PART or more windows, whose mean has a `mean_variance`. What K - 1 degrees of freedom
-    exceed in CHANCE is 1. Between octaves the logarithm is interpolated; where parts become too
-    short the last value stands.
+    LEAST_PART or more windows (`excess`). Between octaves the logarithm is interpolated; where
+    parts become too short the last value stands.
     """
-    from scipy.special import chdtri
-
     at: list[float] = []
     excesses: list[float] = []
     for one in terms:
@@ -233,15 +231,11 @@ def excess_scatter(terms: Iterable[Terms], m: np.ndarray, edf: np.ndarray) -> Fl
         if count < LEAST_PARTS:
             break
         parts = one.means(count)
-        scatter = mean_variance(parts)
-        if not scatter > 0:
+        if not np.ptp(parts) > 0:
             break
-        scatter /= parts.mean() ** 2
         of_edf = np.exp(np.interp(one.octave * math.log(2), np.log(m), np.log(edf)))
-        excess = scatter * of_edf / 2
         at.append(one.octave * math.log(2))
-        beyond = excess > max(chdtri(count - 1, CHANCE) / (count - 1), 1.0)
-        excesses.append(math.log(excess) if beyond else 0.0)
+        excesses.append(math.log(excess(parts, of_edf)))
     return np.exp(np.interp(np.log(m), at, excesses)) if at else np.ones(m.size)
 
 

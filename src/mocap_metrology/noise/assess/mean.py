@@ -24,6 +24,7 @@ from mocap_metrology.noise.assess.measured import Measured
 from mocap_metrology.noise.assess.spread import expected_spread
 from mocap_metrology.noise.model.components import NoiseModel, PowerLaw
 from mocap_metrology.noise.model.deterministic import Deterministic
+from mocap_metrology.noise.series import block_means
 
 FAR = 10**6  # recordings, over which a mean is the true one
 BATCHES = 20
@@ -105,12 +106,10 @@ def _has_no_mean(model: NoiseModel, n: int, frame_rate_hz: float) -> bool:
 def _by_batches(series: np.ndarray) -> Measured:
     """Variance of the mean of all and its degrees of freedom; none of batches that wander: whose
     differences have less than half the mean square of white ones [von Neumann 1941; 1 %]."""
-    with np.errstate(invalid="ignore"):
-        rows = series[: series.size // BATCHES * BATCHES].reshape(BATCHES, -1)
-        known = np.isfinite(rows)
-        enough = known.sum(axis=1) * 2 >= rows.shape[1]
-        means = np.where(known, rows, 0.0).sum(axis=1)[enough] / known.sum(axis=1)[enough]
-    if not rows.shape[1] or means.size < BATCHES / 2:
+    length = series.size // BATCHES
+    means = block_means(series, max(length, 1))[:BATCHES]
+    means = means[np.isfinite(means)]
+    if not length or means.size < BATCHES / 2:
         return Measured(math.nan, math.nan)
     if np.sum(np.diff(means) ** 2) < LEAST_RATIO * means.var() * means.size:
         return Measured(math.nan, math.nan)

@@ -11,13 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mocap_metrology.noise.allan.confidence import (
-    CHANCE,
-    LEAST_PART,
-    PARTS,
-    interval,
-    mean_variance,
-)
+from mocap_metrology.noise.allan.confidence import LEAST_PART, PARTS, excess, interval
+from mocap_metrology.noise.series import block_means
 
 MOST_DOF = 4  # an octave has for a fit, in pairs
 NEIGHBOURS = 3  # octaves a side that its level is smoothed over
@@ -65,7 +60,7 @@ def measured_spread(series: np.ndarray, n: int, N: int) -> Measured:
     starts = np.linspace(0, series.size - per_stretch * n, count).astype(int)
     powers, squares = [], []
     for start in starts:
-        means = _means(series[start : start + per_stretch * n], n)
+        means = block_means(series[start : start + per_stretch * n], n, LEAST)
         known = np.isfinite(means)
         n_known = np.count_nonzero(known)
         if n_known < max(2, min(LEAST * per_stretch, ENOUGH)):
@@ -82,20 +77,10 @@ def measured_spread(series: np.ndarray, n: int, N: int) -> Measured:
     independent = len(powers) * min(series.size / (N * count), 1.0)
     level = _smoothed(power, len(powers))
     edf = independent * level.sum() ** 2 / np.sum(level**2)
-    edf /= _excess(np.concatenate(squares), edf)
+    every = np.concatenate(squares)
+    if every.size >= PARTS * LEAST_PART:
+        edf /= excess(np.array([part.mean() for part in np.array_split(every, PARTS)]), edf)
     return Measured(float(power.sum()), float(max(edf, 1.0)))
-
-
-def _excess(squares: np.ndarray, edf: float) -> float:
-    """Times by which the variance of the mean of (k,) squares exceeds that of Gaussian noise, where
-    it surely does; 1 else."""
-    from scipy.special import chdtri
-
-    if squares.size < PARTS * LEAST_PART:
-        return 1.0
-    parts = np.array([part.mean() for part in np.array_split(squares, PARTS)])
-    excess = mean_variance(parts) / parts.mean() ** 2 * edf / 2
-    return max(float(excess), 1.0) if excess > chdtri(PARTS - 1, CHANCE) / (PARTS - 1) else 1.0
 
 
 def _smoothed(power: np.ndarray, count: int) -> np.ndarray:
@@ -125,14 +110,6 @@ def _smoothed(power: np.ndarray, count: int) -> np.ndarray:
         levels[octave] = np.polyval(curve, at[octave])
     fitted: np.ndarray = np.interp(np.log(k), at, levels)
     return np.exp(fitted - fitted.max())
-
-
-def _means(series: np.ndarray, n: int) -> np.ndarray:
-    blocks = series.reshape(-1, n)
-    valid = np.isfinite(blocks)
-    counts = valid.sum(axis=1)
-    sums = np.where(valid, blocks, 0.0).sum(axis=1)
-    return np.where(counts >= max(LEAST * n, 1), sums / np.maximum(counts, 1), np.nan)
 
 
 def measured_within(series: np.ndarray, n: int) -> Measured:

@@ -24,10 +24,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mocap_metrology.noise.fit.estimates import NoiseRow
-from mocap_metrology.noise.fit.spectral.fisher import spectrum_of
-from mocap_metrology.noise.fit.spectral.lines import line_errors
+from mocap_metrology.noise.fit.spectral.line import line_errors
 from mocap_metrology.noise.fit.spectral.periodogram import Periodogram, bins_of
-from mocap_metrology.noise.fit.spectral.whittle import Likelihood
+from mocap_metrology.noise.fit.spectral.whittle import Likelihood, spectrum_of
 from mocap_metrology.noise.model.components import (
     Component,
     Form,

@@ -62,21 +62,15 @@ class Unmodelled:
 
 
 @dataclass(frozen=True)
-class Uncertainty(WithShares):
-    """u(n, N) of `spread` with its interval, mm; measured_mm: of the series itself; kinds: of
-    noise, with their shares of u^2."""
+class Mean(WithShares):
+    """u(n, N) of `spread` of a mean over duration_s with its interval, mm; measured_mm: of the
+    series itself; kinds: of noise, with their shares of u^2; adev_mm: the Allan deviation there."""
 
     uncertainty_mm: float = math.nan
     lower_mm: float = math.nan
     upper_mm: float = math.nan
     measured_mm: float = math.nan
     kinds: tuple[Share, ...] = ()
-
-
-@dataclass(frozen=True)
-class Mean(Uncertainty):
-    """Uncertainty of a mean over duration_s; adev_mm: the Allan deviation there."""
-
     duration_s: float = math.nan
     adev_mm: float = math.nan
 
@@ -186,8 +180,8 @@ def assess_series(
         *least,
         adev_still_falls=still_falls,
         means=tuple(
-            Mean(
-                **vars(_uncertainty(series, fitted, span.frames(T), span, floor)),
+            replace(
+                _uncertainty(series, fitted, span.frames(T), span, floor),
                 duration_s=T,
                 adev_mm=_adev_at(curve, T),
             )
@@ -232,7 +226,8 @@ def _unmodelled(
     tau0 = 1 / rate
     N = min(span.frames(span.horizon_s), series.size)
     if n > 1:
-        expected = math.sqrt(_variance_within(model, n, rate))
+        within = sum(spread(c, 1, n, rate, model.form) for c in model.components)
+        expected = math.sqrt(within * n / (n - 1))
         low, high = near.interval(1 - UNLIKELY)
         sure = not low <= expected <= high and not 1 / SURELY < near.value / expected < SURELY
         if sure or not 1 / NEAR < near.value / expected < NEAR:
@@ -276,11 +271,6 @@ def _contradict(
     return min(above, 1 - above) < UNLIKELY / 2
 
 
-def _variance_within(model: NoiseModel, n: int, frame_rate_hz: float) -> float:
-    """Expected variance (n - 1) of n successive frames."""
-    return sum(spread(c, 1, n, frame_rate_hz, model.form) for c in model.components) * n / (n - 1)
-
-
 def _sigma_frame(
     fitted: Fitted, near: Measured, recorded: int, span: Span
 ) -> tuple[float, float, float]:
@@ -296,15 +286,13 @@ def _sigma_frame(
     return of_frame.value * unbiased, of_frame.lower * unbiased, of_frame.upper * unbiased
 
 
-def _uncertainty(
-    series: np.ndarray, fitted: Fitted, n: int, span: Span, floor: float
-) -> Uncertainty:
+def _uncertainty(series: np.ndarray, fitted: Fitted, n: int, span: Span, floor: float) -> Mean:
     """Uncertainty of a mean of n frames: by the model, or measured in the series where there is no
     model."""
     model, part, A_error = fitted
     N = min(span.frames(span.horizon_s), series.size)
     if n > 1 and 2 * n > N:
-        return Uncertainty()
+        return Mean()
     measured = measured_spread(series, n, N)
     if model is None:
         low, high = measured.interval(span.confidence) if measured.variance > 0 else (0.0, 0.0)
@@ -315,10 +303,9 @@ def _uncertainty(
             model, n, N, span.frame_rate_hz, recorded, span.confidence, part, A_error
         )
         of_noise = _widened_spread(of_noise, measured, span.confidence)
-    value, low, high = (
-        math.hypot(v, floor) for v in (of_noise.value, of_noise.lower, of_noise.upper)
-    )
-    return Uncertainty(value, low, high, measured.value, of_noise.kinds)
+    ends = of_noise.value, of_noise.lower, of_noise.upper
+    value, low, high = (math.hypot(end, floor) for end in ends)
+    return Mean(value, low, high, measured.value, of_noise.kinds)
 
 
 def _widened_spread(of_noise: Spread, measured: Measured, confidence: float) -> Spread:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
-from typing import TypedDict
+from typing import TypedDict, cast
 
 import numpy as np
 
@@ -122,17 +122,8 @@ def covariance_rows(
                 continue
             dof = min(equivalent_dof(int(exponents[k][place]), m, n) for k in (i, j))
             share = min(count * max(m // PER_WINDOW, 1) / (n - 2 * m + 1), 1.0)
-            rows.append(
-                {
-                    "series_1": names[i],
-                    "series_2": names[j],
-                    "m": m,
-                    "tau_s": m / frame_rate_hz,
-                    "covariance_mm2": covariance,
-                    "n_terms": count,
-                    "edf": dof * share,
-                }
-            )
+            values = names[i], names[j], m, m / frame_rate_hz, covariance, count, dof * share
+            rows.append(cast(CovarianceRow, dict(zip(COLUMNS, values, strict=True))))
     return rows
 
 
@@ -153,12 +144,3 @@ def _pairs(
             at = (0, i, j) if whole else (0, i % 3, 3 + j % 3)
             of = known[markers].items()
             yield i, j, {m: (float(sums[at] / max(n[0], 1)), int(n[0])) for m, (sums, n) in of}
-
-
-def matrix(rows: Sequence[CovarianceRow], marker: int, m: int) -> np.ndarray:
-    """(3, 3) covariance of one marker (numbered from 1) out of rows of covariance.csv."""
-    names = [f"{axis}{marker}" for axis in "xyz"]
-    by_pair = {
-        (row["series_1"], row["series_2"]): row["covariance_mm2"] for row in rows if row["m"] == m
-    }
-    return np.array([[by_pair[min(i, j), max(i, j)] for j in names] for i in names])

@@ -17,8 +17,8 @@ from mocap_metrology.common.types import Floats
 from mocap_metrology.noise.cameras.covariance import block_sums, factors
 from mocap_metrology.noise.cameras.information import (
     SAME_FRAMES,
+    Addition,
     Chain,
-    Step,
     camera_noise,
     coherence,
     least_camera_noise,
@@ -29,15 +29,6 @@ N_BLOCKS = 20
 CHANCE_OF_ERROR = 1e-3  # probability of being wrong below which a finding counts
 NAMING_S = 1.0  # longest tau at which a camera is named: beyond, too few terms are left
 Read = Callable[[str, int], np.ndarray]  # recording, marker from 1 -> (3, n) coordinates in mm
-
-
-@dataclass(frozen=True)
-class Addition:
-    """The cameras `added` make recording `larger` out of `smaller`."""
-
-    smaller: str
-    larger: str
-    added: tuple[int | str, ...]
 
 
 def additions(camera_ids: Mapping[str, Sequence[int | str]]) -> list[Addition]:
@@ -135,28 +126,21 @@ def diagnose(
     whole = moments.covariances()
     together = coherence(whole[:, 0]).min(axis=0) > SAME_FRAMES
     chains = _chains(pairs, camera_ids, together)
-    names = list(camera_ids)
-    firsts = [names[f] for _, chain in chains for f in chain.firsts]
+    firsts = [name for _, chain in chains for name in chain.firsts]
 
-    def numbers(covariances: np.ndarray) -> np.ndarray:
-        largest, mean, _ = position_factors(covariances)
-        noise, first = _noise(covariances, chains, len(firsts))
-        return np.concatenate([np.log(part).ravel() for part in (largest, mean, noise, first)])
+    def numbers(covariances: np.ndarray) -> list[np.ndarray]:
+        factors = position_factors(covariances)[:2]
+        return [np.log(part) for part in (*factors, *_noise(covariances, chains, len(firsts)))]
 
-    estimate = _jackknife(moments, numbers)
-    shape = whole.shape[:3]
-    size = int(np.prod(shape))
-    parts = [estimate[:, :size], estimate[:, size : 2 * size], estimate[:, 2 * size :]]
-    noise, last = parts[2][:, : size // shape[0]], parts[2][:, size // shape[0] :]
-    largest, mean = (Estimate(*part.reshape(2, *shape)) for part in parts[:2])
+    largest, mean, noise, first = _jackknife(moments, numbers)
     direction = position_factors(whole)[2]
     return Diagnosis(
         moments.tau_s,
         largest.with_error(_unevenness(moments, direction[..., None, :], together)),
         mean.with_error(_unevenness(moments, np.eye(3), together)),
         direction,
-        Estimate(*noise.reshape(2, *shape[1:])),
-        {name: Estimate(*last[:, k]) for k, name in enumerate(firsts)},
+        noise,
+        {name: Estimate(first.ln[k], first.se[k]) for k, name in enumerate(firsts)},
         together,
         np.where(together, _information(whole[:, 0], pairs, camera_ids), np.nan),
     )
@@ -208,21 +192,22 @@ def _noise(
     return np.exp(np.log(noise).mean(axis=0)), np.exp(np.log(firsts).mean(axis=0))
 
 
-def _jackknife(moments: Moments, numbers: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
-    """(2, k): numbers and their standard errors, each block left out once."""
-    whole = numbers(moments.covariances())
+def _jackknife(
+    moments: Moments, numbers: Callable[[np.ndarray], list[np.ndarray]]
+) -> list[Estimate]:
+    """Numbers with their standard errors, each block left out once."""
     n = moments.sums.shape[3]
-    each = np.array([numbers(moments.covariances(block)) for block in range(n)])
+    each = zip(*(numbers(moments.covariances(block)) for block in range(n)), strict=True)
     with np.errstate(invalid="ignore"):
-        return np.array([whole, np.sqrt((n - 1) * each.var(axis=0))])
+        errors = [np.sqrt((n - 1) * np.var(values, axis=0)) for values in each]
+    return list(map(Estimate, numbers(moments.covariances()), errors))
 
 
 def _chains(
     pairs: Sequence[Addition], camera_ids: Mapping[str, Sequence[int | str]], together: np.ndarray
 ) -> list[tuple[np.ndarray, Chain]]:
     """Additions of the same frames, by what hangs together: their places, and as a `Chain`."""
-    names = list(camera_ids)
-    part = {name: name for name in names}
+    part = {name: name for name in camera_ids}
     for addition, same in zip(pairs, together, strict=True):
         if same:
             old, new = part[addition.larger], part[addition.smaller]
@@ -233,16 +218,15 @@ def _chains(
         if not places:
             continue
         members = [pairs[k] for k in places]
-        steps = [Step(names.index(a.smaller), names.index(a.larger), len(a.added)) for a in members]
         told = {i for a in members for i in a.added}
         larger = {a.larger for a in members}
         firsts = [
-            names.index(name)
+            name
             for name in dict.fromkeys(a.smaller for a in members)
             if name not in larger and not set(camera_ids[name]) <= told
         ]
-        sizes = tuple(len(ids) for ids in camera_ids.values())
-        chains.append((np.array(places), Chain(tuple(steps), sizes, tuple(firsts))))
+        sizes = {name: len(ids) for name, ids in camera_ids.items()}
+        chains.append((np.array(places), Chain(tuple(members), sizes, tuple(firsts))))
     return chains
 
 

@@ -14,10 +14,10 @@ import pandas as pd
 from mocap_metrology.noise.cameras.diagnosis import (
     CHANCE_OF_ERROR,
     NAMING_S,
-    Addition,
     Diagnosis,
     Estimate,
 )
+from mocap_metrology.noise.cameras.information import Addition
 from mocap_metrology.noise.cameras.scaling import law
 
 Row = dict[str, Any]  # of a table: numbers, words, gaps

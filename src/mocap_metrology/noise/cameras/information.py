@@ -27,7 +27,7 @@ as noisy as the others can raise it by s^2 / (2 sqrt(s^2 - 1)) at most.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,24 +39,24 @@ KEPT = 0.002  # directions with less than this share of the most added informati
 
 
 @dataclass(frozen=True)
-class Step:
-    """One addition between numbered subsets; `n_added` cameras."""
+class Addition:
+    """The cameras `added` make recording `larger` out of `smaller`."""
 
-    smaller: int
-    larger: int
-    n_added: int
+    smaller: str
+    larger: str
+    added: tuple[int | str, ...]
 
 
 @dataclass(frozen=True)
 class Chain:
-    """Additions among `n_cameras` (cameras of each subset), as `camera_noise` needs them.
+    """Additions among recordings of `n_cameras` cameras each, as `camera_noise` needs them.
 
-    firsts: subsets whose cameras no addition distinguishes.
+    firsts: recordings whose cameras no addition distinguishes.
     """
 
-    steps: tuple[Step, ...]
-    n_cameras: tuple[int, ...]
-    firsts: tuple[int, ...] = ()
+    steps: tuple[Addition, ...]
+    n_cameras: Mapping[str, int]
+    firsts: tuple[str, ...] = ()
 
 
 def position_factors(joint: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -132,7 +132,7 @@ def _of_added(
         main = vectors[:, weights > KEPT * weights[-1]] if weights[-1] > 0 else vectors[:, :0]
         if not main.shape[1]:
             values.append(np.nan)
-        elif step.n_added == 1:
+        elif len(step.added) == 1:
             values.append(np.trace(main.T @ q @ main) / np.trace(main.T @ p @ main))
         else:
             scaled = main / np.sqrt(weights[weights > KEPT * weights[-1]])
@@ -141,7 +141,7 @@ def _of_added(
 
 
 def _of_first(
-    joint: np.ndarray, known: Sequence[np.ndarray], chain: Chain, first: int
+    joint: np.ndarray, known: Mapping[str, np.ndarray], chain: Chain, first: str
 ) -> tuple[float, float]:
     """s^2 of the cameras of a first pair; of a larger subset, its mean and what one is at least."""
     of_it = next(k for k, step in enumerate(chain.steps) if step.smaller == first)
@@ -151,7 +151,9 @@ def _of_first(
     return max(low, 1e-12), max(values[-1], 1e-12)
 
 
-def _geometry(joint: np.ndarray, transfer: np.ndarray, chain: Chain) -> list[np.ndarray] | None:
+def _geometry(
+    joint: np.ndarray, transfer: np.ndarray, chain: Chain
+) -> dict[str, np.ndarray] | None:
     """G of every subset up to a common factor; None with fewer than three subsets, or where the
     found form is not positive."""
     paths, covariances = _paths(joint, transfer, chain)
@@ -169,7 +171,7 @@ def _geometry(joint: np.ndarray, transfer: np.ndarray, chain: Chain) -> list[np.
     geometry = np.tensordot(shape, basis, 1)
     if np.trace(geometry) < 0:
         geometry = -geometry
-    known: list[np.ndarray] = [np.full((3, 3), np.nan)] * len(chain.n_cameras)
+    known = {}
     for subset, path in paths.items():
         known[subset] = _symmetric_part(path @ geometry)
         if np.linalg.eigvalsh(known[subset])[0] <= 0:
@@ -179,7 +181,7 @@ def _geometry(joint: np.ndarray, transfer: np.ndarray, chain: Chain) -> list[np.
 
 def _paths(
     joint: np.ndarray, transfer: np.ndarray, chain: Chain
-) -> tuple[dict[int, np.ndarray], dict[int, np.ndarray]]:
+) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
     """What turns G of the first step's smaller subset into that of each reached from it, and the
     covariance of each."""
     start = chain.steps[0].smaller

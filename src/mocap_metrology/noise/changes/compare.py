@@ -203,19 +203,11 @@ def words_of(ratio: Ratio, margin: float, alpha: float) -> list[str]:
     nobody), and p below alpha over the number of tau (Bonferroni), so that of unchanged series a
     share alpha at most has any such word.
     """
-    known = np.isfinite(ratio.value)
-    level = alpha / max(int(known.sum()), 1)
-    words = []
-    for value, p in zip(ratio.value, ratio.p, strict=True):
-        if not math.isfinite(value):
-            words.append("")
-        elif p < level and value > 1 + margin:
-            words.append("worse")
-        elif p < level and value < 1 / (1 + margin):
-            words.append("better")
-        else:
-            words.append("same")
-    return words
+    level = alpha / max(int(np.isfinite(ratio.value).sum()), 1)
+    sure = ratio.p < level
+    worse, better = ratio.value > 1 + margin, ratio.value < 1 / (1 + margin)
+    kinds = [~np.isfinite(ratio.value), sure & worse, sure & better]
+    return np.select(kinds, ["", "worse", "better"], "same").tolist()
 
 
 @dataclass(frozen=True)
@@ -306,8 +298,6 @@ def coherence(
     x, y = np.asarray(covariate, dtype=float), np.asarray(series, dtype=float)
     length = 2 * x.size // (WINDOWS + 1)
     length -= length % 2  # of an odd one the overlap is rounded, and only seven fit
-    if length < 8 or not (np.isfinite(x).all() and np.isfinite(y).all()):
-        raise Refusal(f"coherence: {x.size} common samples; expected 36 or more without gaps")
     how = {"fs": 1 / step_s, "window": "hann", "nperseg": length, "detrend": "linear"}
     f, cross = csd(x, y, **how)
     power_x, power_y = welch(x, **how)[1], welch(y, **how)[1]
@@ -326,12 +316,3 @@ def coherence(
     together = np.exp(-count * np.abs(phasors.mean(axis=1)[keep]) ** 2) < SAME_PHASE
     squared, gain = (np.nan_to_num(value[keep]) for value in (squared, gain))
     return Coherence(f[keep], squared, gain, phase[keep], threshold, together)
-
-
-def block_means(values: np.ndarray, length: int) -> np.ndarray:
-    """Means of successive blocks of `length` samples, NaN where less than half is there."""
-    count = values.size // length
-    blocks = np.asarray(values[: count * length], dtype=float).reshape(count, length)
-    there = np.isfinite(blocks).sum(axis=1)
-    sums = np.nansum(blocks, axis=1)
-    return np.where(there * 2 >= length, sums / np.maximum(there, 1), np.nan)

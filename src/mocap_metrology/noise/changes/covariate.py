@@ -9,7 +9,8 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Floats, Row
-from mocap_metrology.noise.changes.compare import WINDOWS, block_means, coherence
+from mocap_metrology.noise.changes.compare import WINDOWS, coherence
+from mocap_metrology.noise.series import block_means
 
 BLOCKS = 360  # samples of a comparison, at most: what slow causes need, and few enough tests
 LEAST_BLOCKS = 4 * (WINDOWS + 1)  # windows of eight samples
@@ -93,7 +94,12 @@ def coherence_row(
         "from_s": first,
         "to_s": last,
     }
-    return row | ({"note": _bridged(covariate, holes)} if holes.any() else {})
+    if holes.any():
+        row["note"] = (
+            f"{covariate.name} has no samples in {100 * holes.mean():.2g} % of the common time "
+            f"(gaps of more than {HOLE} steps): interpolated linearly"
+        )
+    return row
 
 
 def _common_time(duration_s: float, covariate: Covariate) -> tuple[float, float]:
@@ -128,13 +134,6 @@ def _check_missing(gaps: np.ndarray, holes: np.ndarray, name: str) -> None:
         if missing.mean() > most:
             share = "a quarter" if most == MOST_MISSING else "a tenth"
             raise Refusal(f"covariate: more than {share} of the common time is {what}")
-
-
-def _bridged(covariate: Covariate, holes: np.ndarray) -> str:
-    return (
-        f"{covariate.name} has no samples in {100 * holes.mean():.2g} % of the common time (gaps "
-        f"of more than {HOLE} steps): interpolated linearly"
-    )
 
 
 def _interval_means(covariate: Covariate, edges_s: np.ndarray) -> np.ndarray:

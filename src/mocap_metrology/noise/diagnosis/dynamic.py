@@ -27,7 +27,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from mocap_metrology.noise.allan.sums import running_sum
+from mocap_metrology.noise.allan.variance import running_sum
 from mocap_metrology.noise.diagnosis.outliers import mad_spread
 from mocap_metrology.noise.fit.spectral.gaps import bridged
 

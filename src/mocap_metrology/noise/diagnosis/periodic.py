@@ -10,8 +10,8 @@ import numpy as np
 
 from mocap_metrology.noise.allan.variance import allan_variance
 from mocap_metrology.noise.fit.spectral.gaps import bridged, filled, stretches
+from mocap_metrology.noise.fit.spectral.line import Line
 from mocap_metrology.noise.fit.spectral.lines import (
-    Line,
     find_lines,
     find_slow_lines,
     line_again,

@@ -159,7 +159,7 @@ def refined_place(
     basis, _ = np.linalg.qr(fixed if beside is None else np.hstack([fixed, beside.T]))
     left = z - basis @ (basis.T @ z)
 
-    def gain(places: Sequence[float]) -> Floats:
+    def gain(places: Sequence[float] | np.ndarray) -> Floats:
         """What the columns take from the sum of squares, by normal equations."""
         X = np.array([np.atleast_2d(columns(place)) for place in places])
         X = X - (X @ basis) @ basis.T

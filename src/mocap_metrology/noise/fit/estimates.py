@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypedDict, cast
 
-from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_csv
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise.model.components import (
@@ -45,9 +44,6 @@ class Components:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "alphas", tuple(sorted(self.alphas)))
-        once = len(set(self.alphas)) == len(self.alphas)
-        if not (set(self.alphas) <= set(ALPHAS) and once and self.gauss_markov >= 0):
-            raise Refusal(f"{self}, expected alphas out of {ALPHAS}, each once; gauss_markov >= 0")
 
     @classmethod
     def of(cls, model: NoiseModel) -> Components:
@@ -69,8 +65,8 @@ class Coefficient:
     """One line of noise.csv. Units as in `NoiseModel.UNITS`; NaN where there is no such number.
 
     std_error: by the estimator; crlb: least standard error any unbiased estimator can have with so
-    many samples (`fisher.crlb`) if the fitted model is true. status: `ok`; `at_bound` (the value is
-    an end of the range searched); `not_converged`; `misfit` (the model does not describe the data,
+    many samples (`crlb`) if the fitted model is true. status: `ok`; `at_bound` (the value is an end
+    of the range searched); `not_converged`; `misfit` (the model does not describe the data,
     so neither values nor errors are valid); `not_detected` (value NaN, upper_95 the limit).
     """
 

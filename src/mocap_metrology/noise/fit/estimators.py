@@ -13,7 +13,7 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.hampel import hampel, mask_half_window, own_step
-from mocap_metrology.noise.allan.confidence import ScatteredCurve, allan_curve
+from mocap_metrology.noise.allan.confidence import AllanCurve, allan_curve
 from mocap_metrology.noise.allan.variance import averaging_factors
 from mocap_metrology.noise.fit.allan import annealing
 from mocap_metrology.noise.fit.allan.baselines import levenberg_marquardt, slopes
@@ -25,8 +25,8 @@ from mocap_metrology.noise.fit.estimates import (
     Estimate,
 )
 from mocap_metrology.noise.fit.spectral import likelihood as spectral
-from mocap_metrology.noise.fit.spectral.fisher import crlb
 from mocap_metrology.noise.fit.spectral.periodogram import Periodogram
+from mocap_metrology.noise.fit.spectral.whittle import crlb
 from mocap_metrology.noise.model.components import Form, NoiseModel
 from mocap_metrology.noise.twins.published import printed_row, published_keys
 from mocap_metrology.settings import Allan, Annealing, Noise, Settings
@@ -79,7 +79,7 @@ class SeriesNoise:
     what the likelihood was fitted to (None if it was not); refused: estimator -> why."""
 
     estimates: tuple[Estimate, ...]
-    curve: ScatteredCurve
+    curve: AllanCurve
     periodogram: Periodogram | None
     refused: dict[str, str]
 
@@ -102,7 +102,7 @@ def masked_curve(
     resolution: float = 0.0,
     estimator: str = "oadev",
     among: np.ndarray | None = None,
-) -> tuple[np.ndarray, ScatteredCurve]:
+) -> tuple[np.ndarray, AllanCurve]:
     """The series without its gross outliers (NaN), and its Allan curve: what a lab is shown.
     among: as of `hampel`."""
     window, threshold, allan = settings.half_window, settings.noise.mask_sigma, settings.allan

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mocap_metrology.noise.gaussian.two_markers import GaussianModel, table_4
 from mocap_metrology.noise.model.components import Component, GaussMarkov, NoiseModel, Sinusoid
 from mocap_metrology.noise.model.synthesis import (
     circle_length,
@@ -25,10 +26,7 @@ from mocap_metrology.noise.twins.twin import Twin
 
 SLOW_SAMPLES = 1 << 15  # of a recording: what is slower than two of them is drawn, one by one
 FAST_POINTS = 4001  # of the integral over what is faster
-QUANTITIES = (
-    *("mu_1", "sigma_1", "mu_2", "sigma_2", "sigma_12", "rho_12", "mu_L", "sigma_L", "mu_e"),
-    *("sigma_A1", "sigma_A2", "sigma_B", "sigma_C"),
-)
+QUANTITIES = tuple(GaussianModel.__dataclass_fields__)
 
 
 def expected_variance(model: NoiseModel, duration_s: float, frame_rate_hz: float) -> float:
@@ -169,20 +167,10 @@ def direction(twin: Twin) -> np.ndarray:
 
 
 def _quantities(rows: np.ndarray, sign: float) -> dict[str, np.ndarray]:
-    """The columns of S Table 4 (`gaussian.gaussian_model`) out of (repeats, 7) means, variances and
-    covariance; `sign` of x1 - x2, as mu_e is never negative."""
+    """The columns of S Table 4 out of (repeats, 7) means, variances and covariance; `sign` of
+    x1 - x2, as mu_e is never negative."""
     mu_1, mu_2, v_1, v_2, v_12, mu_L, v_L = rows.T
-    sigma_c = np.sqrt(np.maximum(v_1 + v_2 - 2 * v_12, 0.0))
-    root_2 = math.sqrt(2)
-    s_1, s_2, mu_e = np.sqrt(v_1), np.sqrt(v_2), sign * (mu_1 - mu_2)
-    with np.errstate(invalid="ignore"):  # 0 / 0 without noise
-        correlation = v_12 / (s_1 * s_2)
-    columns = (
-        *(mu_1, s_1, mu_2, s_2, v_12, correlation, mu_L),
-        *(np.sqrt(np.maximum(v_L, 0.0)), mu_e),
-        *(root_2 * s_1, root_2 * s_2, np.sqrt(v_1 + v_2), sigma_c),
-    )
-    return dict(zip(QUANTITIES, columns, strict=True))
+    return table_4(mu_1, mu_2, mu_L, v_1, v_12, v_2, v_L) | {"mu_e": sign * (mu_1 - mu_2)}
 
 
 def _slow(twin: Twin, slow_samples: int) -> _Slow:

@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from mocap_metrology.common.transforms import dct
-from mocap_metrology.common.types import Row
-from mocap_metrology.noise.series import AXES, pair_name
+from mocap_metrology.common.types import Floats, Row
+from mocap_metrology.noise.series import AXES, block_means, pair_name
 
 PER_BANDWIDTH = 8  # bins; the error of binning is then below 0.1 % of the peak
 BEYOND = 4.0  # bandwidths past the extremes, where the estimate has vanished
@@ -111,21 +111,25 @@ def gaussian_model(first: np.ndarray, second: np.ndarray, length: np.ndarray) ->
         return GaussianModel(*[math.nan] * 13)
     a, b, distances = (s if valid.all() else s[valid] for s in (first, second, length))
     (v_1, v_12), (_, v_2) = _covariance(a, b)
-    return GaussianModel(
-        mu_1=float(a.mean()),
-        sigma_1=math.sqrt(v_1),
-        mu_2=float(b.mean()),
-        sigma_2=math.sqrt(v_2),
-        sigma_12=float(v_12),
-        rho_12=float(v_12 / math.sqrt(v_1 * v_2)) if v_1 * v_2 > 0 else math.nan,
-        mu_L=float(distances.mean()),
-        sigma_L=float(distances.std(ddof=1)),
-        mu_e=float(abs(b.mean() - a.mean())),
-        sigma_A1=math.sqrt(2 * v_1),
-        sigma_A2=math.sqrt(2 * v_2),
-        sigma_B=math.sqrt(v_1 + v_2),
-        sigma_C=math.sqrt(max(v_1 + v_2 - 2 * v_12, 0.0)),
-    )
+    means = a.mean(), b.mean(), distances.mean()
+    columns = table_4(*means, v_1, v_12, v_2, distances.var(ddof=1))
+    return GaussianModel(**{name: float(value) for name, value in columns.items()})
+
+
+def table_4(
+    mu_1: Floats, mu_2: Floats, mu_L: Floats, v_1: Floats, v_12: Floats, v_2: Floats, v_L: Floats
+) -> dict[str, Floats]:
+    """Columns of S Table 4 by name, from means, variances and the covariance (any shape)."""
+    with np.errstate(invalid="ignore"):  # 0 / 0 without noise
+        rho_12 = v_12 / np.sqrt(v_1 * v_2)
+    return {
+        **{"mu_1": mu_1, "sigma_1": np.sqrt(v_1), "mu_2": mu_2, "sigma_2": np.sqrt(v_2)},
+        **{"sigma_12": v_12, "rho_12": rho_12},
+        **{"mu_L": mu_L, "sigma_L": np.sqrt(np.maximum(v_L, 0.0)), "mu_e": np.abs(mu_2 - mu_1)},
+        **{"sigma_A1": np.sqrt(2 * v_1), "sigma_A2": np.sqrt(2 * v_2)},
+        "sigma_B": np.sqrt(v_1 + v_2),
+        "sigma_C": np.sqrt(np.maximum(v_1 + v_2 - 2 * v_12, 0.0)),
+    }
 
 
 def _covariance(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -268,18 +272,16 @@ def _pearson(sample: np.ndarray, mu: float, sigma: float, bins: int) -> float:
     return float(np.sum((counts - expected) ** 2) / expected)
 
 
-def _blocks(series: np.ndarray, frame_rate_hz: float, least: int) -> np.ndarray:
-    """(blocks, frames) of a second, or a tenth of a shorter series, but `least` frames where the
-    series has twice as many."""
-    block = max(min(round(frame_rate_hz), series.size // 10), 1)
-    block = max(block, min(least, series.size // 2))
-    n_blocks = max(series.size // block, 1)
-    return series[: n_blocks * block].reshape(n_blocks, -1)
+def _block_length(n: int, frame_rate_hz: float, least: int) -> int:
+    """Frames of a second, or a tenth of a shorter series of n, but `least` frames where it has
+    twice as many."""
+    block = max(min(round(frame_rate_hz), n // 10), 1)
+    return max(block, min(least, n // 2))
 
 
 def _drift(values: np.ndarray, known: np.ndarray, frames: int, frame_rate_hz: float) -> Drift:
     """Drift of one value a block; `known`: the numbers of the blocks that have one."""
-    block_s = max(frames, 1) / frame_rate_hz
+    block_s = frames / frame_rate_hz
     if known.size < 2:
         return Drift(math.nan, math.nan, block_s)
     hours = known * frames / frame_rate_hz / 3600
@@ -295,19 +297,18 @@ def drift(series: np.ndarray, frame_rate_hz: float) -> Drift:
     range tells how far the marker seemed to wander and not how noisy a single frame is. Blocks
     without a valid sample are left out.
     """
-    blocks = _blocks(series, frame_rate_hz, 1)
-    valid = np.isfinite(blocks)
-    counts = valid.sum(axis=1)
-    known = np.flatnonzero(counts)
-    means = np.where(valid, blocks, 0.0).sum(axis=1)[known] / counts[known]
-    return _drift(means, known, blocks.shape[1], frame_rate_hz)
+    length = _block_length(series.size, frame_rate_hz, 1)
+    means = block_means(series, length, 0.0)
+    known = np.flatnonzero(np.isfinite(means))
+    return _drift(means[known], known, length, frame_rate_hz)
 
 
 def median_drift(series: np.ndarray, frame_rate_hz: float) -> Drift:
     """Drift of block medians, for raw data, where one wrong sample of 1e9 mm would move a mean by
     kilometres. Blocks have `LEAST_OF_MEDIAN` frames or more where the series (n,) has twice as
     many; those with less than half as many valid samples as is usual are left out."""
-    blocks = _blocks(series, frame_rate_hz, LEAST_OF_MEDIAN)
+    length = _block_length(series.size, frame_rate_hz, LEAST_OF_MEDIAN)
+    blocks = series[: series.size // length * length].reshape(-1, length)
     valid = np.isfinite(blocks)
     counts = valid.sum(axis=1)
     seen = counts[counts > 0]
@@ -315,7 +316,7 @@ def median_drift(series: np.ndarray, frame_rate_hz: float) -> Drift:
     rising = np.sort(np.where(valid, blocks, np.nan)[known], axis=1)  # NaN come last
     counts, row = counts[known], np.arange(known.size)
     medians = (rising[row, (counts - 1) // 2] + rising[row, counts // 2]) / 2
-    return _drift(medians, known, blocks.shape[1], frame_rate_hz)
+    return _drift(medians, known, length, frame_rate_hz)
 
 
 LONG_S = 60.0  # length from which a drift per hour is reported

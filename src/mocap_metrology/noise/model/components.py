@@ -20,6 +20,7 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -96,6 +97,12 @@ class PowerLaw:
             bracket = 3 * (np.euler_gamma + np.log(2 * np.pi * nyquist * tau)) - np.log(2)
             return self.h * bracket / (2 * np.pi * tau) ** 2
         return self.h * 3 * nyquist / (2 * np.pi * tau) ** 2
+
+
+@lru_cache(maxsize=64)
+def unit_avar(alpha: int, form: Form, frame_rate_hz: float, m: bytes) -> np.ndarray:
+    """Allan variance of h = 1 at m, bytes of floats: integrals, and the same for every series."""
+    return PowerLaw(alpha, 1.0).avar(np.frombuffer(m), frame_rate_hz, form)
 
 
 @dataclass(frozen=True)

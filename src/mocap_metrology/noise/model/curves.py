@@ -4,12 +4,18 @@ residuals of binned spectra."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from functools import lru_cache
 
 import numpy as np
 import pandas as pd
 
-from mocap_metrology.noise.model.components import Component, Form, NoiseModel, PowerLaw, Sinusoid
+from mocap_metrology.noise.model.components import (
+    Component,
+    Form,
+    NoiseModel,
+    PowerLaw,
+    Sinusoid,
+    unit_avar,
+)
 from mocap_metrology.noise.model.deterministic import Deterministic
 
 PER_DECADE = 120  # points of a curve: eight a period for the first six periods of a sinusoid
@@ -30,12 +36,6 @@ def drawn_m(last: int) -> np.ndarray:
     return np.unique(np.geomspace(1, max(last, 2), count).round().astype(np.int64))
 
 
-@lru_cache(maxsize=64)
-def _unit_avar(alpha: int, form: Form, frame_rate_hz: float, m: bytes) -> np.ndarray:
-    """Allan variance of h = 1: an integral a point, and the same for every series."""
-    return PowerLaw(alpha, 1.0).avar(np.frombuffer(m, np.int64), frame_rate_hz, form)
-
-
 def total_avar(
     components: Iterable[Component | Deterministic],
     m: np.ndarray,
@@ -48,8 +48,8 @@ def total_avar(
     total = np.zeros(len(m))
     for c in components:
         if isinstance(c, PowerLaw):
-            key = np.asarray(m, np.int64).tobytes()
-            total += c.h * _unit_avar(c.alpha, form, frame_rate_hz, key)
+            key = np.asarray(m, float).tobytes()
+            total += c.h * unit_avar(c.alpha, form, frame_rate_hz, key)
         elif isinstance(c, Deterministic):
             total += c.avar(np.asarray(m, float) / frame_rate_hz, duration_s)
         else:

@@ -17,7 +17,7 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.large import Sliced
 from mocap_metrology.common.types import Row
-from mocap_metrology.noise.body_covariance import FLAT
+from mocap_metrology.noise.filters import FLAT
 
 AXES = ("rx", "ry", "rz")
 CHUNK = 100_000  # frames at once: 3 x 3 decompositions of so many stay small

@@ -58,6 +58,15 @@ def frames_of(name: str, duration_s: float, frame_rate_hz: float) -> int:
     return n
 
 
+def truth_of(twin: Any, n: int, source: str, **more: object) -> Row:
+    """What any twin's recording of n frames was made from."""
+    return {
+        **{"twin": twin.name, "source": source, "seed": twin.seed, "form": twin.form},
+        **{"frame_rate_hz": twin.frame_rate_hz, "n_frames": n, "labels": list(twin.labels)},
+        **more,
+    }
+
+
 def simulate(
     twin: Twin,
     duration_s: float | None = None,
@@ -174,26 +183,22 @@ def _origin(twin: Twin, n: int) -> Row:
     if "L" in models and (twin.coherence_factor != 1 or {"x1", "x2"} & set(twin.scale)):
         del models["L"]
         notes.append("L: not a separate model; it follows from x1, x2, their coherence and scale")
-    return {
-        "twin": twin.name,
-        "source": twin.source,
-        "seed": twin.seed,
-        "form": twin.form,
-        "frame_rate_hz": twin.frame_rate_hz,
-        "n_frames": n,
-        "labels": list(twin.labels),
-        "start_mm": [list(point) for point in twin.start_mm],
-        "coefficients": {series: model.coefficients() for series, model in models.items()},
-        "scale": dict(twin.scale),
-        "coherence_factor": twin.coherence_factor,
-        "yz_coherence": twin.yz_coherence,
-        "slow": asdict(twin.slow) if twin.slow else None,
-        "distance_line": twin.distance_line,
-        "drift_mm_per_h": {label: list(v) for label, v in twin.drift_mm_per_h.items()},
-        "resolution_mm": twin.resolution_mm,
-        "clipped_bands_hz": bands,
-        "notes": notes,
-    }
+    return truth_of(
+        twin,
+        n,
+        twin.source,
+        start_mm=[list(point) for point in twin.start_mm],
+        coefficients={series: model.coefficients() for series, model in models.items()},
+        scale=dict(twin.scale),
+        coherence_factor=twin.coherence_factor,
+        yz_coherence=twin.yz_coherence,
+        slow=asdict(twin.slow) if twin.slow else None,
+        distance_line=twin.distance_line,
+        drift_mm_per_h={label: list(v) for label, v in twin.drift_mm_per_h.items()},
+        resolution_mm=twin.resolution_mm,
+        clipped_bands_hz=bands,
+        notes=notes,
+    )
 
 
 def _add_crump(position: np.ndarray, twin: Twin) -> Row | None:

@@ -29,7 +29,13 @@ from mocap_metrology.common.entries import ENTRY, MADE, NonNegative, Number, Pos
 from mocap_metrology.common.faults import Unfit
 from mocap_metrology.common.types import Floats, Row
 from mocap_metrology.noise.model.components import Form, NoiseModel
-from mocap_metrology.noise.twins.simulate import AXES, SimulatedRecording, frames_of, stream
+from mocap_metrology.noise.twins.simulate import (
+    AXES,
+    SimulatedRecording,
+    frames_of,
+    stream,
+    truth_of,
+)
 from mocap_metrology.noise.twins.twin import Labels, Place, check_markers
 
 HALL_MM = (9000.0, 5000.0, 3000.0)  # S section 3.1
@@ -130,14 +136,6 @@ def gain_matrices(facility: Facility, marker: int, subsets: Sequence[Sequence[in
         inverse = np.linalg.inv(np.einsum("nki,nkj->ij", rows, rows))
         gain[:, :, list(subset)] = np.einsum("ij,nkj->ikn", inverse, rows)
     return gains
-
-
-def positions(
-    facility: Facility, marker: int, centroids_px: np.ndarray, subset: Sequence[int]
-) -> np.ndarray:
-    """(3, frames) errors of a marker's position from centroid errors (n, 2, frames)."""
-    gain = gain_matrices(facility, marker, [subset])[0]
-    return np.einsum("idk,kdt->it", gain, centroids_px)
 
 
 @entry(frozen=True, config=ENTRY)
@@ -286,20 +284,16 @@ def _truth(twin: TakeTwin, n: int, hall: Facility, noise_px: np.ndarray) -> Row:
             coefficients[f"{axis}{marker + 1}"] = model.coefficients()
     noise = {str(camera): float(noise_px[camera - 1]) for camera in twin.camera_ids}
     failing = take.failing
-    return {
-        "twin": twin.name,
-        "source": f"simulated take of {take.cameras} {take.camera_type} cameras round a hall, "
+    return truth_of(
+        twin,
+        n,
+        f"simulated take of {take.cameras} {take.camera_type} cameras round a hall, "
         f"triangulated from {len(subset)}",
-        "seed": twin.seed,
-        "form": "sampled",
-        "frame_rate_hz": twin.frame_rate_hz,
-        "n_frames": n,
-        "labels": list(twin.labels),
-        "start_mm": hall.markers_mm.tolist(),
-        "coefficients": coefficients,
-        "camera_ids": list(twin.camera_ids),
-        "camera_noise_px": noise,
-        "failing": {"camera": failing.camera, "times": failing.times} if failing else None,
-        "drift_mm_per_h": {label: list(v) for label, v in take.drift_mm_per_h.items()},
-        "notes": ["white noise of each camera; motion of the markers is the same in all subsets"],
-    }
+        start_mm=hall.markers_mm.tolist(),
+        coefficients=coefficients,
+        camera_ids=list(twin.camera_ids),
+        camera_noise_px=noise,
+        failing={"camera": failing.camera, "times": failing.times} if failing else None,
+        drift_mm_per_h={label: list(v) for label, v in take.drift_mm_per_h.items()},
+        notes=["white noise of each camera; motion of the markers is the same in all subsets"],
+    )

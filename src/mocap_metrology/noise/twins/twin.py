@@ -41,19 +41,6 @@ Point = tuple[float, float, float]
 UNSET: Any = None  # of a value that depends on others
 
 
-def _two_names(value: object) -> object:
-    names = tuple(value) if isinstance(value, list | tuple) else ()
-    if len(names) != 2 or names[0] == names[1] or not all(isinstance(one, str) for one in names):
-        raise Unfit("two names [first, second]", value)
-    return names
-
-
-def _names(value: object) -> object:
-    if not isinstance(value, list | tuple) or not all(isinstance(name, str) for name in value):
-        raise Unfit("a list such as [q_c1, h_-2]", value)
-    return tuple(value)
-
-
 def _of_all_coordinates(value: object) -> object:
     return value if isinstance(value, Mapping) else dict.fromkeys(COORDINATES, value)
 
@@ -70,14 +57,9 @@ def _day(value: object) -> object:
         raise Unfit("a day such as 2026-03-16", value) from None
 
 
-def _changes(value: object) -> object:
-    if not isinstance(value, list | tuple):
-        raise Unfit("a list such as [{since: 2026-03-16, place_mm: [1, 0, 0]}]", value)
-    return tuple(value)
-
-
 Place = Annotated[tuple[AnyNumber, AnyNumber, AnyNumber], list_of(3, "three numbers [x, y, z]")]
-Labels = Annotated[tuple[str, str], BeforeValidator(_two_names)]
+Labels = Annotated[tuple[str, str], list_of(2, "two names [first, second]", str, distinct=True)]
+CHANGES = "a list such as [{since: 2026-03-16, place_mm: [1, 0, 0]}]"
 Coefficients = Annotated[dict[str, NonNegative], AfterValidator(_possible)]
 
 
@@ -188,7 +170,7 @@ class Days:
     """Of their distance."""
     jitter: NonNegative = 0.06
     """Of the natural logarithm of a factor of all noise."""
-    changes: Annotated[tuple[Change, ...], BeforeValidator(_changes)] = ()
+    changes: Annotated[tuple[Change, ...], list_of(None, CHANGES)] = ()
     """A list of changes."""
 
 
@@ -209,7 +191,9 @@ class Twin:
     """Your own coefficients: series x1 y1 z1 x2 y2 z2, or `all` for the six, and L (distance),
     which sets the correlation of x1 and x2. Names h_-2 ... h_2, q_c1 T_c1, q_c2 T_c2, ..., A_s f_0;
     mm, s and Hz (h_0: mm^2/Hz, one-sided; q_c: mm/s^0.5)."""
-    without: Annotated[tuple[str, ...], BeforeValidator(_names)] = Field(default=(), kw_only=True)
+    without: Annotated[tuple[str, ...], list_of(None, "a list such as [q_c1, h_-2]", str)] = Field(
+        default=(), kw_only=True
+    )
     """Components that are excluded from every series."""
     without_T_c_below_s: NonNegative = Field(default=0.0, kw_only=True)
     """Excludes correlated components with a shorter T_c."""

@@ -10,8 +10,8 @@ import numpy as np
 
 from mocap_metrology.accuracy.bar import STATISTICS, Bar
 from mocap_metrology.accuracy.bar_rows import bar_numbers, place_rows
-from mocap_metrology.accuracy.components import FEWEST
 from mocap_metrology.accuracy.findings import Finding
+from mocap_metrology.accuracy.statistics import FEWEST
 from mocap_metrology.common.types import Record, Row
 from mocap_metrology.present.plot import figure as plot
 from mocap_metrology.present.tables import in_columns

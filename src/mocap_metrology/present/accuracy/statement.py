@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from mocap_metrology.accuracy.bar import Bar
-from mocap_metrology.accuracy.components import FEWEST
 from mocap_metrology.accuracy.statement import statement_numbers
+from mocap_metrology.accuracy.statistics import FEWEST
 from mocap_metrology.common.files import whole
 from mocap_metrology.common.gum import Component
 from mocap_metrology.present.plot import figure as plot

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from mocap_metrology.noise.fit.spectral.fisher import crlb, model_of, spectrum_of
 from mocap_metrology.noise.fit.spectral.likelihood import LikelihoodSettings, likelihood
 from mocap_metrology.noise.fit.spectral.periodogram import Periodogram, bins_of
-from mocap_metrology.noise.fit.spectral.whittle import Likelihood
+from mocap_metrology.noise.fit.spectral.whittle import Likelihood, crlb, model_of, spectrum_of
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw, Sinusoid
 
 RATE, N = 120.0, 1 << 16

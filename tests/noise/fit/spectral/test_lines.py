@@ -11,8 +11,14 @@ from scipy.signal import butter, lfilter, savgol_filter, sosfiltfilt
 
 from mocap_metrology.noise.diagnosis.periodic import described, series_lines
 from mocap_metrology.noise.fit.spectral.likelihood import likelihood
-from mocap_metrology.noise.fit.spectral.line import Transform, beside, density_around, grown
-from mocap_metrology.noise.fit.spectral.lines import find_lines, find_slow_lines, line_errors
+from mocap_metrology.noise.fit.spectral.line import (
+    Transform,
+    beside,
+    density_around,
+    grown,
+    line_errors,
+)
+from mocap_metrology.noise.fit.spectral.lines import find_lines, find_slow_lines
 
 RATE, SECONDS, SIGMA, A_S = 120, 600, 0.05, 0.015
 N = RATE * SECONDS

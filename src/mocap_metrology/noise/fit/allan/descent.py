@@ -140,21 +140,13 @@ def residual(x: Floats, problem: Problem, jacobian: Floats) -> Floats:
 
 
 @njit
-def cost_at(x: np.ndarray, problem: Problem) -> float:
-    """Sum of squared residuals of the Allan variances at one point."""
-    r = residual(x, problem, np.empty((0, 1)))
-    total = 0.0
-    for k in range(r.size):
-        total += r[k] * r[k]
-    return total
-
-
-@njit
 def costs_at(points: np.ndarray, problem: Problem) -> np.ndarray:
-    """Sums of squared residuals at points (n, parameters)."""
-    costs = np.empty(points.shape[0])
+    """Sums of squared residuals of the Allan variances at points (n, parameters)."""
+    costs, none = np.zeros(points.shape[0]), np.empty((0, 1))
     for i in range(costs.size):
-        costs[i] = cost_at(points[i], problem)
+        r = residual(points[i], problem, none)
+        for k in range(r.size):
+            costs[i] += r[k] * r[k]
     return costs
 
 

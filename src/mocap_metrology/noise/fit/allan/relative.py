@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -30,7 +30,7 @@ from mocap_metrology.noise.model.components import (
     NoiseModel,
     PowerLaw,
     Sinusoid,
-    check_form,
+    unit_avar,
 )
 from mocap_metrology.settings import Annealing
 
@@ -146,14 +146,11 @@ def misfit(
     coefficient at least: relative residuals weigh them, which are a handful of independent
     differences, like short ones, and a slow sinusoid or correlated term then fits their chance.
     """
-    m, avar = checked(m, avar, frame_rate_hz)
+    m, avar = checked(m, avar)
     search, tau0 = search or Annealing(), 1 / frame_rate_hz
     n = len(components.names)
-    if n == 0:
-        raise Refusal(f"{components}, expected at least one component to fit")
     if m.size < n:
         raise Refusal(f"{m.size} Allan variances for {n} coefficients, expected at least {n}")
-    check_form(form)
     duration = 3 * m[-1] * tau0 if duration is None else duration
     if not m[-1] * tau0 < duration < 1e8 * tau0 / min(search.shortest_frames, 1):
         raise Refusal(
@@ -164,24 +161,19 @@ def misfit(
     fitted = max(within, PER_COEFFICIENT * n)
     m, avar = m[:fitted], avar[:fitted]
     weights = 1 / avar if weighting == "relative" else np.full(avar.size, 1 / _rms(avar))
-    fixed = weights * _unit_curves(components.alphas, m.tobytes(), frame_rate_hz, form)
+    key = form, frame_rate_hz, m.tobytes()
+    curves = [unit_avar(alpha, *key) for alpha in components.alphas]
+    fixed = weights * np.array(curves).reshape(-1, m.size)
     unit = 1 / np.sqrt(np.mean(fixed**2, axis=1))
     lower, upper = _bounds(components, frame_rate_hz, search, duration)
     scaled = fixed * unit[:, None]
     return Misfit(m, avar, frame_rate_hz, components, form, weights, scaled, unit, lower, upper)
 
 
-def checked(m: np.ndarray, avar: np.ndarray, frame_rate_hz: float) -> tuple[np.ndarray, np.ndarray]:
+def checked(m: np.ndarray, avar: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """m and avar as float arrays by rising m, refused where they are no Allan variances."""
-    m, avar = np.atleast_1d(np.asarray(m, float)), np.atleast_1d(np.asarray(avar, float))
-    if m.ndim != 1 or m.shape != avar.shape:
-        raise Refusal(f"{m.shape} averaging factors, {avar.shape} Allan variances: expected equal")
-    if not (math.isfinite(frame_rate_hz) and frame_rate_hz > 0):
-        raise Refusal(f"frame rate {frame_rate_hz} Hz, expected a number > 0")
     order = np.argsort(m, kind="stable")
-    m, avar = m[order], avar[order]
-    if not (np.all(m >= 1) and np.all(m == np.round(m)) and np.all(np.diff(m) > 0)):
-        raise Refusal("averaging factors m, expected different whole numbers >= 1")
+    m, avar = np.asarray(m, float)[order], np.asarray(avar, float)[order]
     bad = np.flatnonzero(~(np.isfinite(avar) & (avar > 0)))
     if bad.size:
         raise Refusal(
@@ -189,14 +181,6 @@ def checked(m: np.ndarray, avar: np.ndarray, frame_rate_hz: float) -> tuple[np.n
             + (f" ({bad.size} of {m.size} are none)" if bad.size > 1 else "")
         )
     return m, avar
-
-
-@lru_cache(maxsize=16)
-def _unit_curves(alphas: tuple[int, ...], m: bytes, frame_rate_hz: float, form: Form) -> np.ndarray:
-    """(n_alpha, k) Allan variances of h = 1; kept, as the sampled ones take integrals."""
-    factors = np.frombuffer(m)
-    curves = [PowerLaw(alpha, 1.0).avar(factors, frame_rate_hz, form) for alpha in alphas]
-    return np.array(curves).reshape(len(alphas), factors.size)
 
 
 def _bounds(

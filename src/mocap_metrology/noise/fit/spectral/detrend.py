@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mocap_metrology.noise.fit.spectral.line import EXACT, TINY
-from mocap_metrology.noise.fit.spectral.periodogram import Periodogram, Slow
+from mocap_metrology.noise.fit.spectral.periodogram import Periodogram
 from mocap_metrology.noise.fit.spectral.whittle import Fit, Likelihood, dictionary
 from mocap_metrology.noise.model.components import ALPHAS
 from mocap_metrology.noise.model.deterministic import HOUR, Deterministic
@@ -88,7 +88,7 @@ class Designs:
     """
 
     def __init__(self, data: Periodogram) -> None:
-        self.slow, self._tau0 = slow_of(data), 1 / data.bins.frame_rate_hz
+        self.slow, self._tau0 = data.slow, 1 / data.bins.frame_rate_hz
         span = float(np.max(self.slow.start_s + self.slow.n * self._tau0))
         self.bounds = min(max(SHORTEST * span, LEAST_FRAMES * self._tau0), span / 2), span
         half, odd = np.pi * self.slow.k / (2 * self.slow.n), self.slow.k % 2 == 1
@@ -169,17 +169,9 @@ class Designs:
         return line + values.A_w * self.warm_up(values.T_w) if values.A_w else line
 
 
-def slow_of(data: Periodogram) -> Slow:
-    """The slow coefficients one by one, which a periodogram must have to be detrended."""
-    if data.slow is None:
-        raise ValueError("periodogram without its slow coefficients")
-    return data.slow
-
-
 def slow_weight(data: Periodogram, density: np.ndarray) -> np.ndarray:
     """(M,) weights of the slow coefficients: the share that was measured over the variance."""
-    slow = slow_of(data)
-    return slow.share / density[slow.bin]
+    return data.slow.share / density[data.slow.bin]
 
 
 def _periodogram_without(
@@ -187,7 +179,7 @@ def _periodogram_without(
 ) -> Periodogram:
     """The periodogram without the part; restored: with the power that its estimate removed (X V
     X')."""
-    slow = slow_of(data)
+    slow = data.slow
     power = (slow.value - designs.wave(part.values)) ** 2
     if restored:
         columns = designs.derivatives(part.kind, part.values)

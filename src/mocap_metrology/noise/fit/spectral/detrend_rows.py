@@ -67,7 +67,9 @@ def deterministic_rows(alternatives: Sequence[Alternative]) -> tuple[Coefficient
         if name in best.part.names:
             rows.append(_detected(name, best, mixture, designs))
         elif name in limits:  # of its size, given the rest of the best alternative
-            rows.append(limits[name](_kind_with(best, name), noises, designs))
+            wanted = {*best.part.names, name} | ({"T_w"} if name == "A_w" else set())
+            kind = next(kind for kind, names in KINDS.items() if set(names) == wanted)
+            rows.append(limits[name](kind, noises, designs))
         else:
             rows.append(Coefficient.limit(name))
     return tuple(rows)
@@ -149,11 +151,6 @@ def _places(
     shares = np.exp((gains - gains.max()) / 2)
     keep = shares > LEAST_WEIGHT
     return logs[keep], shares[keep] / shares[keep].sum(), (ends[1] - ends[0]) / (PLACES - 1)
-
-
-def _kind_with(best: Alternative, name: str) -> str:
-    wanted = {*best.part.names, name} | ({"T_w"} if name == "A_w" else set())
-    return next(kind for kind, names in KINDS.items() if set(names) == wanted)
 
 
 def _drift_limit(

@@ -110,72 +110,50 @@ def _fill(
     samples, known first, is L L^T: unknown = L_uk L_kk^-1 known + L_uu draw. A lone gap among valid
     samples is the common case and its L is kept."""
     begins, ends = gaps
-    size = 2 * NEIGHBOURS + CHUNK
-    place = np.empty(size, np.int64)
-    lone, root = np.empty((size, size)), np.empty((size, size))
-    have_lone = False
+    lone_root = np.empty((0, 0))
     used = 0
     for g in range(begins.size):
-        start = begins[g]
-        while start < ends[g]:
-            stop = min(ends[g], start + CHUNK)
-            left = min(NEIGHBOURS, start)
-            known = 0
-            for i in range(start - left, start):
-                place[known] = i
-                known += 1
-            i = ends[g]
-            contiguous = stop - start == 1 and left == NEIGHBOURS and stop == i
-            while known < left + NEIGHBOURS and i < x.size and i < ends[g] + 4 * NEIGHBOURS:
-                if not missing[i]:
-                    place[known] = i
-                    known += 1
-                else:
-                    contiguous = False
-                i += 1
-            contiguous = contiguous and known == 2 * NEIGHBOURS
-            total = known
-            for i in range(start, stop):
-                place[total] = i
-                total += 1
-            if contiguous and have_lone:
-                _draw(x, place, known, total, lone, draws[used : used + 1])
-            else:
-                _cholesky_root(place, total, covariance, root)
-                if contiguous:
-                    lone[:] = root
-                    have_lone = True
-                _draw(x, place, known, total, root, draws[used : used + total - known])
+        end = ends[g]
+        after = end + np.flatnonzero(~missing[end : end + 4 * NEIGHBOURS])[:NEIGHBOURS]
+        for start in range(begins[g], end, CHUNK):
+            stop = min(end, start + CHUNK)
+            before = np.arange(max(start - NEIGHBOURS, 0), start)
+            place, known = np.concatenate((before, after)), before.size + after.size
+            is_lone = (
+                stop - start == 1 and known == 2 * NEIGHBOURS and place[-1] == start + NEIGHBOURS
+            )
+            place = np.concatenate((place, np.arange(start, stop)))
+            root = lone_root
+            if not (is_lone and lone_root.size):
+                root = _cholesky_root(place, covariance)
+                if is_lone:
+                    lone_root = root
+            _draw(x, place, known, root, draws[used : used + stop - start])
             used += stop - start
-            start = stop
 
 
 @njit
-def _cholesky_root(place: Integers, total: int, covariance: Floats, out: Floats) -> None:
+def _cholesky_root(place: Integers, covariance: Floats) -> Floats:
     """Cholesky factor of the covariance of the samples at `place`."""
-    for i in range(total):
+    root = np.empty((place.size, place.size))
+    for i in range(place.size):
         for j in range(i + 1):
-            out[i, j] = covariance[min(abs(place[i] - place[j]), covariance.size - 1)]
+            root[i, j] = covariance[min(abs(place[i] - place[j]), covariance.size - 1)]
     least = 1e-12 * covariance[0]
-    cholesky(out, total, least, 0.0, least)
+    cholesky(root, place.size, least, 0.0, least)
+    return root
 
 
 @njit
-def _draw(x: Floats, place: Integers, known: int, total: int, root: Floats, draws: Floats) -> None:
-    """Draw the samples at place[known:total] given those at place[:known]; x has mean 0."""
-    z = np.empty(total)
-    for i in range(total):
-        s = 0.0
+def _draw(x: Floats, place: Integers, known: int, root: Floats, draws: Floats) -> None:
+    """Draw the samples at place[known:] given those at place[:known]; x has mean 0."""
+    z = np.empty(place.size)
+    for i in range(place.size):
         if i < known:
-            s = x[place[i]]
-            for k in range(i):
-                s -= root[i, k] * z[k]
-            z[i] = s / root[i, i]
+            z[i] = (x[place[i]] - np.dot(root[i, :i], z[:i])) / root[i, i]
         else:
             z[i] = draws[i - known]
-            for k in range(i + 1):
-                s += root[i, k] * z[k]
-            x[place[i]] = s
+            x[place[i]] = np.dot(root[i, : i + 1], z[: i + 1])
 
 
 def warm_up() -> None:

@@ -17,11 +17,11 @@ from mocap_metrology.noise.fit.estimates import (
     Coefficient,
     Components,
 )
-from mocap_metrology.noise.fit.spectral.fisher import model_of, standard_errors
-from mocap_metrology.noise.fit.spectral.lines import Line, line_errors, threshold
+from mocap_metrology.noise.fit.spectral.line import Line, line_errors
+from mocap_metrology.noise.fit.spectral.lines import threshold
 from mocap_metrology.noise.fit.spectral.periodogram import Periodogram, gauss_markov_unit
 from mocap_metrology.noise.fit.spectral.rivals import Rival, widened
-from mocap_metrology.noise.fit.spectral.whittle import Fit, Likelihood
+from mocap_metrology.noise.fit.spectral.whittle import Fit, Likelihood, model_of, standard_errors
 from mocap_metrology.noise.model.components import ALPHAS, Sinusoid
 
 LINE_FROM_HZ = 1.0  # a limit on lines is given from here up: below, the noise rises and so does it
@@ -79,24 +79,23 @@ def coefficients(
     return tuple(rows)
 
 
+def _interval(end: Callable[[float], float]) -> dict[str, Any]:
+    """Ends of the intervals at 68 and 95 %, by standard errors from the value."""
+    both = (("lower", -1), ("upper", 1))
+    levels = ((68, Z_68), (95, Z_95))
+    return {f"{name}_{level}": end(sign * z) for level, z in levels for name, sign in both}
+
+
 def _ends(value: float, error: float) -> dict[str, Any]:
-    """Ends of the normal intervals at 68 and 95 %, not below 0."""
-    return {
-        f"{end}_{level}": max(value + sign * z * error, 0.0)
-        for level, z in ((68, Z_68), (95, Z_95))
-        for end, sign in (("lower", -1), ("upper", 1))
-    }
+    """Ends of the normal intervals, not below 0."""
+    return _interval(lambda z: max(value + z * error, 0.0))
 
 
 def _positive(
     name: str, value: float, error: float, bound: float, status: str = "ok"
 ) -> Coefficient:
     """A scale, with log-normal intervals."""
-    ends: dict[str, Any] = {
-        f"{end}_{level}": value * math.exp(min(sign * z * (error / value), 700.0))
-        for level, z in ((68, Z_68), (95, Z_95))
-        for end, sign in (("lower", -1), ("upper", 1))
-    }
+    ends = _interval(lambda z: value * math.exp(min(z * (error / value), 700.0)))
     return Coefficient(name, value, error, bound, **ends, status=status)
 
 

@@ -20,14 +20,19 @@ from mocap_metrology.noise.fit.estimates import Z_95, Coefficient, Components, E
 from mocap_metrology.noise.fit.spectral import lines as periodic
 from mocap_metrology.noise.fit.spectral.detrend import Alternative, alternatives, without_part
 from mocap_metrology.noise.fit.spectral.detrend_rows import deterministic_rows
-from mocap_metrology.noise.fit.spectral.fisher import model_of
 from mocap_metrology.noise.fit.spectral.gaps import bridged, filled, stretches
 from mocap_metrology.noise.fit.spectral.intervals import coefficients
-from mocap_metrology.noise.fit.spectral.lines import Line
+from mocap_metrology.noise.fit.spectral.line import Line
 from mocap_metrology.noise.fit.spectral.order import choose, fit_known, penalty
 from mocap_metrology.noise.fit.spectral.periodogram import Periodogram, Stretch, periodogram
 from mocap_metrology.noise.fit.spectral.rivals import Rival, judged, undecided
-from mocap_metrology.noise.fit.spectral.whittle import Fit, Likelihood, Spectrum, dictionary
+from mocap_metrology.noise.fit.spectral.whittle import (
+    Fit,
+    Likelihood,
+    Spectrum,
+    dictionary,
+    model_of,
+)
 from mocap_metrology.noise.model.components import ALPHAS, Form
 from mocap_metrology.noise.model.deterministic import Deterministic
 

@@ -23,11 +23,8 @@ from mocap_metrology.noise.fit.spectral.line import (
     Transform,
     beside,
     grown,
-    line_errors,
     noise_density,
 )
-
-__all__ = ["Line", "bands_of", "find_lines", "find_slow_lines", "line_again", "line_errors"]
 
 FIRST_CYCLES = 10  # fewer cycles in a recording look like a random walk
 MEDIAN_FROM = 128  # below, a band of a quarter octave holds too few coefficients for its median
@@ -157,11 +154,6 @@ class _Search:
                 continue
             self.take_out(line)
             lines = self.joined([*lines, line])
-        if self.first + self.level.size - 1 == (n - 1) // 2 and n % 2 == 0 and len(lines) < at_most:
-            line = self.at_nyquist()
-            if line.gain >= self.least_gain:
-                self.take_out(line)
-                lines = self.joined([*lines, line])
         return sorted(self.widened(lines), key=lambda line: -line.gain)
 
     def joined(self, lines: list[Line]) -> list[Line]:
@@ -230,14 +222,6 @@ class _Search:
         self.take_out(line)
         narrow = line.width_f < max(WIDEST * line.f_0, UNRESOLVED * step)
         return [line] if narrow and line.gain > self.least_gain else []
-
-    def at_nyquist(self) -> Line:
-        """The line at Nyquist: its coefficient is real, with one degree of freedom."""
-        transform, psd = self.transform, float(self.floor[-1])
-        coefficient = transform.coefficients[-1].real
-        gain = 2 * transform.spacing_s / transform.n * coefficient**2 / psd
-        height, phase = abs(coefficient) / transform.n, math.copysign(math.pi / 2, coefficient)
-        return Line(float(height), transform.nyquist_hz, phase, psd, float(gain))
 
     def take_out(self, line: Line, sign: int = 1) -> None:
         """Subtract a line from the spectrum and its power, as far as it can be seen; -1: put it

@@ -92,6 +92,9 @@ class Slow:
     start_s: np.ndarray
 
 
+NO_SLOW = Slow(*[np.empty(0)] * 6)
+
+
 @dataclass(frozen=True)
 class Periodogram:
     """psd (B,): mean of the one-sided periodogram in each bin, unit^2/Hz; weight (B,): degrees of
@@ -101,7 +104,7 @@ class Periodogram:
     bins: Bins
     psd: np.ndarray
     weight: np.ndarray
-    slow: Slow | None = None
+    slow: Slow = NO_SLOW
 
 
 @dataclass(frozen=True)
@@ -199,27 +202,14 @@ def _binned(c: np.ndarray, bins: Bins, stretch: Stretch) -> Periodogram:
     """The binned periodogram of one stretch, from its transform `c` (n,). Without the coefficients
     in its bands, bins hold the mean of what is left, with so many degrees of freedom less, and next
     to none (and what their neighbours hold) where nothing is."""
-    tau0, first, weight = 1 / bins.frame_rate_hz, edges(c.size)[:-1], bins.n * stretch.share
-    if stretch.bands:
-        left = _outside_bands(np.arange(c.size), c.size, bins.frame_rate_hz, stretch.bands)
-        count = np.add.reduceat(left.astype(np.int64), first)
-        known = np.flatnonzero(count)
-        if known.size:
-            total = 2 * tau0 * np.add.reduceat(np.where(left, c * c, 0.0), first)
-            psd = np.interp(np.arange(count.size), known, total[known] / count[known])
-            return Periodogram(bins, psd, weight * np.maximum(count / bins.n, LEAST_SHARE))
-    return Periodogram(bins, 2 * tau0 * _mean_squares(c, first, bins.n), weight)
-
-
-@njit
-def _mean_squares(c: np.ndarray, first: np.ndarray, count: np.ndarray) -> np.ndarray:
-    out = np.empty(first.size)
-    for b in range(first.size):
-        total = 0.0
-        for k in range(first[b], first[b] + count[b]):
-            total += c[k] * c[k]
-        out[b] = total / count[b]
-    return out
+    first, power = edges(c.size)[:-1], 2 / bins.frame_rate_hz * (c * c)
+    left = _outside_bands(np.arange(c.size), c.size, bins.frame_rate_hz, stretch.bands)
+    if not left[1:].any():
+        left[:] = True
+    count = np.add.reduceat(left.astype(np.int64), first)
+    total, known = np.add.reduceat(np.where(left, power, 0.0), first), np.flatnonzero(count)
+    psd = np.interp(np.arange(count.size), known, total[known] / count[known])
+    return Periodogram(bins, psd, stretch.share * np.maximum(count, LEAST_SHARE * bins.n))
 
 
 def power_law_unit(bins: Bins, alpha: int) -> np.ndarray:

@@ -23,9 +23,8 @@ import numpy as np
 
 from mocap_metrology.noise.fit.estimates import Z_68, Z_95, Coefficient
 from mocap_metrology.noise.fit.spectral.detrend import Alternative
-from mocap_metrology.noise.fit.spectral.fisher import standard_errors
 from mocap_metrology.noise.fit.spectral.order import extended, with_power
-from mocap_metrology.noise.fit.spectral.whittle import Fit, Likelihood, Spectrum
+from mocap_metrology.noise.fit.spectral.whittle import Fit, Likelihood, Spectrum, standard_errors
 
 # Prices of a power law, of a Gauss-Markov term slower than FAST_FRAMES, whose T_c hardly matters
 # beside other slow noise, and of a faster one, which can stand for white or flicker noise. AIC asks

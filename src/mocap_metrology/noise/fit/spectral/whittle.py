@@ -1,4 +1,5 @@
-"""Whittle likelihood of a binned periodogram, maximised by Fisher scoring.
+"""Whittle likelihood of a binned periodogram, maximised by Fisher scoring; Cramer-Rao bounds of
+noise coefficients from a recording of a given length.
 
 In a bin of nu coefficients with mean periodogram P and expectation S the log likelihood is
 -nu/2 (ln S + P/S): nu P/S is chi-squared with nu degrees of freedom [Whittle 1953]. S is linear in
@@ -21,6 +22,7 @@ import numpy as np
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.linear import non_negative
 from mocap_metrology.common.types import Floats
+from mocap_metrology.noise.fit.spectral.line import line_errors
 from mocap_metrology.noise.fit.spectral.periodogram import (
     Periodogram,
     Where,
@@ -29,7 +31,7 @@ from mocap_metrology.noise.fit.spectral.periodogram import (
     power_law_unit,
     unit_into,
 )
-from mocap_metrology.noise.model.components import ALPHAS
+from mocap_metrology.noise.model.components import ALPHAS, Form, GaussMarkov, NoiseModel, PowerLaw
 
 LARGEST_STEP = 2.3  # of a logarithm at once
 LEAST_DAMPING, MOST_DAMPING = 1e-9, 1e8
@@ -49,43 +51,26 @@ Model = tuple[Floats, Floats, Where]
 
 
 @njit
-def spectra(p: Floats, model: Model, density: Floats, columns: Floats) -> None:
-    """Density (B,) and columns (p, B), its derivatives."""
+def spectra(p: Floats, model: Model, columns: Floats) -> Floats:
+    """Density (B,); its derivatives go to `columns`, (p, B), or (0, B) if not wanted."""
     laws, fixed, where = model
-    n_h, n_bins = laws.shape
-    density[:] = fixed
+    n_h, wanted = laws.shape[0], columns.shape[0] == p.size
+    density = fixed.copy()
     for i in range(n_h):
-        for b in range(n_bins):
-            columns[i, b] = laws[i, b]
-            density[b] += p[i] * laws[i, b]
-    up, down = np.empty(n_bins), np.empty(n_bins)
-    for k in range((p.size - n_h) // 2):
-        i = n_h + 2 * k
-        q2 = math.exp(p[i])
-        unit_into(math.exp(p[i + 1]), where, columns[i])
-        unit_into(math.exp(p[i + 1] + STEP_LN_T), where, up)
-        unit_into(math.exp(p[i + 1] - STEP_LN_T), where, down)
-        for b in range(n_bins):
-            columns[i, b] *= q2
-            columns[i + 1, b] = q2 * (up[b] - down[b]) / (2 * STEP_LN_T)
-            density[b] += columns[i, b]
-
-
-@njit
-def density_at(p: Floats, model: Model, density: Floats) -> None:
-    """Density (B,) alone."""
-    laws, fixed, where = model
-    n_h, n_bins = laws.shape
-    density[:] = fixed
-    for i in range(n_h):
-        for b in range(n_bins):
-            density[b] += p[i] * laws[i, b]
-    unit = np.empty(n_bins)
+        density += p[i] * laws[i]
+    if wanted:
+        columns[:n_h] = laws
+    unit, up, down = np.empty(fixed.size), np.empty(fixed.size), np.empty(fixed.size)
     for i in range(n_h, p.size, 2):
-        unit_into(math.exp(p[i + 1]), where, unit)
         q2 = math.exp(p[i])
-        for b in range(n_bins):
-            density[b] += q2 * unit[b]
+        unit_into(math.exp(p[i + 1]), where, unit)
+        density += q2 * unit
+        if wanted:
+            unit_into(math.exp(p[i + 1] + STEP_LN_T), where, up)
+            unit_into(math.exp(p[i + 1] - STEP_LN_T), where, down)
+            columns[i] = q2 * unit
+            columns[i + 1] = q2 * (up - down) / (2 * STEP_LN_T)
+    return density
 
 
 @njit
@@ -102,79 +87,37 @@ def deviance_of(psd: Floats, weight: Floats, density: Floats) -> float:
 
 @njit
 def normal_equations(
-    psd: Floats,
-    weight: Floats,
-    density: Floats,
-    columns: Floats,
-    gradient: Floats,
-    information: Floats,
-) -> None:
+    psd: Floats, weight: Floats, density: Floats, columns: Floats
+) -> tuple[Floats, Floats]:
     """Gradient (p,) and Fisher information (p, p) of ln L."""
-    gradient[:] = 0.0
-    information[:] = 0.0
-    n = columns.shape[0]
-    for b in range(psd.size):
-        half = 0.5 * weight[b] / (density[b] * density[b])
-        rest = psd[b] - density[b]
-        for i in range(n):
-            c = half * columns[i, b]
-            gradient[i] += c * rest
-            for j in range(i + 1):
-                information[i, j] += c * columns[j, b]
-    for i in range(n):
-        for j in range(i):
-            information[j, i] = information[i, j]
+    scaled = columns * (0.5 * weight / density**2)
+    return np.dot(scaled, psd - density), np.dot(scaled, columns.T)
 
 
 @njit
 def _trial(
-    p: Floats,
-    n_h: int,
-    gradient: Floats,
-    information: Floats,
-    damping: float,
-    bounds: tuple[float, float],
+    p: Floats, n_h: int, equations: tuple[Floats, Floats], damping: float, ends: tuple[float, float]
 ) -> Floats:
     """p after one scoring step of the parameters that are free to move.
 
-    h stays >= 0 and ln T_c within its bounds; what lies at an end and is pulled out of it is
+    h stays >= 0 and ln T_c within its ends; what lies at an end and is pulled out of it is
     held. The information is scaled to unit diagonal, so the damping has no unit.
     """
-    low, high = bounds
-    free = np.empty(p.size, np.int64)
-    n = 0
-    for i in range(p.size):
-        held = (
-            p[i] <= 0.0 and gradient[i] <= 0.0 if i < n_h else information[i, i] < GONE_INFORMATION
-        )
-        if i > n_h and (i - n_h) % 2 == 1:
-            held = held or (p[i] <= low and gradient[i] < 0.0)
-            held = held or (p[i] >= high and gradient[i] > 0.0)
-        if not held:
-            free[n] = i
-            n += 1
-    out = p.copy()
-    if n == 0:
-        return out
-    matrix, right = np.empty((n, n)), np.empty(n)
-    for i in range(n):
-        a = free[i]
-        scale = math.sqrt(information[a, a])
-        right[i] = gradient[a] / scale
-        for j in range(n):
-            c = free[j]
-            matrix[i, j] = information[a, c] / scale / math.sqrt(information[c, c])
-        matrix[i, i] += damping
-    moved = np.linalg.solve(matrix, right)
-    for i in range(n):
-        a = free[i]
-        step = moved[i] / math.sqrt(information[a, a])
-        if a < n_h:
-            out[a] = max(p[a] + step, 0.0)
-            continue
-        out[a] = p[a] + min(max(step, -LARGEST_STEP), LARGEST_STEP)
-        if (a - n_h) % 2 == 1:
-            out[a] = min(max(out[a], low), high)
+    gradient, information = equations
+    low, high = ends
+    ln_T, pull = p[n_h + 1 :: 2], gradient[n_h + 1 :: 2]
+    held = np.diag(information) < GONE_INFORMATION
+    held[:n_h] = (p[:n_h] <= 0.0) & (gradient[:n_h] <= 0.0)
+    held[n_h + 1 :: 2] |= (ln_T <= low) & (pull < 0.0) | (ln_T >= high) & (pull > 0.0)
+    free = np.flatnonzero(~held)
+    scale = 1 / np.sqrt(np.diag(information)[free])
+    matrix = information[free][:, free] * np.outer(scale, scale) + damping * np.eye(free.size)
+    step = np.zeros(p.size)
+    step[free] = scale * np.linalg.solve(matrix, scale * gradient[free])
+    step[n_h:] = np.minimum(np.maximum(step[n_h:], -LARGEST_STEP), LARGEST_STEP)
+    out = p + step
+    out[:n_h] = np.maximum(out[:n_h], 0.0)
+    out[n_h + 1 :: 2] = np.minimum(np.maximum(out[n_h + 1 :: 2], low), high)
     return out
 
 
@@ -189,17 +132,15 @@ def ascend(
 ) -> tuple[Floats, float, bool]:
     """Climb from p: the parameters, the deviance, and whether the last steps gained too little."""
     n_h, n_bins = model[0].shape
-    density, columns = np.empty(n_bins), np.empty((p.size, n_bins))
-    gradient, information = np.empty(p.size), np.empty((p.size, p.size))
-    spectra(p, model, density, columns)
+    columns, none = np.empty((p.size, n_bins)), np.empty((0, n_bins))
+    density = spectra(p, model, columns)
     deviance = deviance_of(psd, weight, density)
     damping, idle = 1e-3, 0
     for _ in range(MAX_STEPS):
-        normal_equations(psd, weight, density, columns, gradient, information)
+        equations = normal_equations(psd, weight, density, columns)
         while True:
-            trial = _trial(p, n_h, gradient, information, damping, bounds)
-            density_at(trial, model, density)
-            then = deviance_of(psd, weight, density)
+            trial = _trial(p, n_h, equations, damping, bounds)
+            then = deviance_of(psd, weight, spectra(trial, model, none))
             if then <= deviance or damping > MOST_DAMPING:
                 break
             damping *= DAMPING_FACTOR
@@ -209,7 +150,7 @@ def ascend(
         p, deviance = trial, then
         if idle == 2:
             return p, deviance, True
-        spectra(p, model, density, columns)
+        density = spectra(p, model, columns)
         damping = max(damping / DAMPING_FACTOR, LEAST_DAMPING)
     return p, deviance, False
 
@@ -256,22 +197,18 @@ class Likelihood:
 
     def density(self, spectrum: Spectrum) -> np.ndarray:
         """(B,) expected periodogram."""
-        out = np.empty(self.psd.size)
-        density_at(_packed(spectrum), self._model(spectrum), out)
-        return out
+        none = np.empty((0, self.psd.size))
+        return spectra(_packed(spectrum), self._model(spectrum), none)
 
     def jacobian(self, spectrum: Spectrum) -> tuple[np.ndarray, np.ndarray]:
         """(B,) density and (B, p) its derivatives by h, ln q_c^2, ln T_c."""
-        density, columns = np.empty(self.psd.size), np.empty((spectrum.size, self.psd.size))
-        spectra(_packed(spectrum), self._model(spectrum), density, columns)
-        return density, columns.T
+        columns = np.empty((spectrum.size, self.psd.size))
+        return spectra(_packed(spectrum), self._model(spectrum), columns), columns.T
 
     def information(self, spectrum: Spectrum) -> np.ndarray:
         """(p, p) Fisher information sum nu/2 dlnS/dp_i dlnS/dp_j."""
         density, columns = self.jacobian(spectrum)
-        gradient, information = np.empty(spectrum.size), np.empty((spectrum.size, spectrum.size))
-        normal_equations(self.psd, self.weight, density, columns.T, gradient, information)
-        return information
+        return normal_equations(self.psd, self.weight, density, columns.T)[1]
 
     def misfit(self, fit: Fit) -> float:
         """How many standard deviations the deviance lies above what chance explains.
@@ -335,6 +272,67 @@ def dictionary(likelihood: Likelihood, alphas: Sequence[int]) -> Spectrum:
     total = [q2[g].sum() for g in groups]
     T_c = [math.exp(np.average(np.log(grid[g]), weights=q2[g])) for g in groups]
     return Spectrum(h, np.array(total), np.array(T_c))
+
+
+def spectrum_of(model: NoiseModel) -> Spectrum:
+    """The broadband components of a model as the likelihood names them."""
+    laws = {c.alpha: c.h for c in model.broadband if isinstance(c, PowerLaw)}
+    terms = [c for c in model.broadband if isinstance(c, GaussMarkov)]
+    return Spectrum(laws, np.array([c.q_c**2 for c in terms]), np.array([c.T_c for c in terms]))
+
+
+def model_of(spectrum: Spectrum, form: Form = "sampled") -> NoiseModel:
+    """The inverse of `spectrum_of`, in frames of that form."""
+    laws = [PowerLaw(a, float(h)) for a, h in spectrum.h.items()]
+    pairs = zip(spectrum.q2, spectrum.T_c, strict=True)
+    terms = [GaussMarkov(math.sqrt(q2), float(T)) for q2, T in pairs]
+    return NoiseModel((*laws, *terms), form)
+
+
+def standard_errors(information: np.ndarray, spectrum: Spectrum) -> dict[str, float]:
+    """Square roots of the diagonal of the inverse information, by parameter name.
+
+    information: by h, ln q_c^2, ln T_c (see `Fit`); the errors are of h, q_c and T_c.
+    A parameter the likelihood does not depend on (T_c of an empty component) has an infinite one,
+    and no say in the others'.
+    """
+    diagonal = np.diag(information)
+    known = diagonal > 1e-290
+    error = np.full(diagonal.size, math.inf)
+    if known.any():
+        scale = 1 / np.sqrt(diagonal[known])
+        correlation = scale[:, None] * information[np.ix_(known, known)] * scale
+        # Two components of one shape: no digits are left, and either can be anything
+        value, vector = np.linalg.eigh(correlation)
+        value = np.maximum(value, 1e-15)
+        error[known] = scale * np.sqrt((vector**2 / value).sum(axis=1))
+    size = np.stack([np.sqrt(spectrum.q2) / 2, spectrum.T_c], axis=1)
+    error[len(spectrum.h) :] *= size.ravel()
+    terms = [f"{p}{k + 1}" for k in range(len(spectrum.T_c)) for p in ("q_c", "T_c")]
+    names = [f"h_{a}" for a in spectrum.h] + terms
+    return dict(zip(names, error.tolist(), strict=True))
+
+
+def crlb(model: NoiseModel, n: int, frame_rate_hz: float) -> dict[str, float]:
+    """Least standard error of every coefficient from n samples, all of them unknown.
+
+    Inverse of the Fisher information of the spectrum of frames of the model's form [Whittle 1953],
+    I_ij = T Int_0^fN dlnS/dp_i dlnS/dp_j df, one-sided S, evaluated on the bins of the DCT;
+    A_s and f_0 of a line as `lines.line_errors`. Units as the coefficients; infinite for what the
+    spectrum does not depend on. Gauss-Markov terms are numbered in the order of the model.
+    """
+    tau0 = 1 / frame_rate_hz
+    spectrum = spectrum_of(model)
+    bins = bins_of(n, frame_rate_hz, form=model.form)
+    weight = bins.n.astype(float)
+    likelihood = Likelihood(Periodogram(bins, np.ones(weight.size), weight), (tau0 / 2, n * tau0))
+    errors = standard_errors(likelihood.information(spectrum), spectrum)
+    for line in model.lines:
+        psd = float(model.psd(np.array([min(line.f_0, 0.5 / tau0)]), frame_rate_hz)[0])
+        high = line.recorded(frame_rate_hz, model.form)
+        errors["A_s"], errors["f_0"] = line_errors(high, psd, n * tau0)
+        errors["A_s"] *= line.A_s / high if high > 0 else 1.0
+    return errors
 
 
 def warm_up() -> None:

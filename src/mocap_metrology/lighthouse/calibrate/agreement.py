@@ -24,7 +24,7 @@ from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.calibrate.reconstruction import Optics
 from mocap_metrology.lighthouse.calibrate.superpose import at_times, kabsch, nearest
 from mocap_metrology.lighthouse.calibrate.weighted_station import (
-    _information,
+    board_equations,
     by_gauss_newton,
     evidence,
     residuals,
@@ -94,11 +94,11 @@ def minima(measurements: Measurements, board: np.ndarray, rotors: np.ndarray) ->
     excess = np.stack([(p.epsilon - paths[0].epsilon) / variance for p in paths])
     excess = np.where(np.isfinite(excess), np.minimum(excess, CAP), IMPOSSIBLE)
     prior = np.diag(np.r_[np.full(3, 1 / 100.0**2), np.full(3, 1 / np.pi**2)])
-    spread = np.empty((2, len(measurements), 3, 3))
+    spread, angles = np.empty((2, len(measurements), 3, 3)), measurements.angles_rad
     for k, path in enumerate(paths):
         with np.errstate(over="ignore", invalid="ignore"):
             far = ~(np.linalg.norm(path.t_m, axis=1) < FARTHEST_M) | ~(path.t_m[:, 0] > 0)
-        H = _information(path.R, path.t_m, measurements.seen, np.ascontiguousarray(board), rotors)
+        H, *_ = board_equations(path.R, path.t_m, angles, np.ascontiguousarray(board), rotors)
         H[far | ~np.isfinite(H).all(axis=(1, 2))] = 0.0
         information = H / variance + prior
         try:

@@ -41,6 +41,8 @@ CAMERA = np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]])  # station axes -> came
 ITERATIONS = 50  # at most
 CONVERGED = 1e-10  # largest step of a range over the range
 LEAST_PIVOT = 1e-30  # m^2: of equations that are all zero
+LEAST_GAIN = 1e-12  # of the sum of squares
+LARGEST_DAMPING, RIDGE = 1e8, 1e-14  # of the diagonal, of its sum
 LARGEST_COST = 1.0  # rad^2: such a root is no pose
 
 
@@ -212,58 +214,27 @@ def solve_ranges(rays: np.ndarray, squared: np.ndarray, start: np.ndarray) -> np
     rays (k, 3) unit vectors, squared (k, k) the D_ij^2 in m^2, start (k,). Newton's step
     (J^T J + damping) dr = -J^T f, damping lowered as long as the sum of squares falls.
     """
-    k = rays.shape[0]
-    c = rays @ rays.T
-    r, damping = start.copy(), 1e-3
-    H, g = np.empty((k, k)), np.empty(k)
-    f = _normal_equations(r, c, squared, H, g)
-    H2, g2 = np.empty((k, k)), np.empty(k)
+    c, r, damping = rays @ rays.T, start, 1e-3
+    f = _misfit(r, c, squared)
     for _ in range(ITERATIONS):
-        step = _step(H, g, damping)
-        f2 = _normal_equations(r + step, c, squared, H2, g2)
-        small = np.abs(step).max() < CONVERGED * np.abs(r).max()
-        if f2 <= f:
-            small = small or f - f2 <= 1e-12 * f
-            r, f = r + step, f2
-            H, H2 = H2, H
-            g, g2 = g2, g
-            damping *= 0.1
+        J = 2 * (r[:, None] - r * c)  # of f_ij by r_i, every pair in both orders
+        H = J * J.T
+        H += np.diag((1 + damping) * np.sum(J**2, axis=1) + RIDGE * np.sum(J**2))
+        step = -np.sum(J * f, axis=1)
+        solve(H, step, LEAST_PIVOT, 0.0, LEAST_PIVOT)
+        then = _misfit(r + step, c, squared)
+        small, gain = np.abs(step).max() < CONVERGED * np.abs(r).max(), np.sum(f**2 - then**2)
+        if gain >= 0:
+            small = small or gain <= LEAST_GAIN * np.sum(f**2)
+            r, f, damping = r + step, then, 0.1 * damping
         else:
             damping = max(10.0 * damping, 1e-8)
-        if small or damping > 1e8:
+        if small or damping > LARGEST_DAMPING:
             break
     return r
 
 
 @njit
-def _normal_equations(
-    r: np.ndarray, c: np.ndarray, squared: np.ndarray, H: np.ndarray, g: np.ndarray
-) -> float:
-    """H = J^T J and g = J^T f of all pairs, written in place; returns the sum of squares, m^4."""
-    H[:], g[:] = 0.0, 0.0
-    total = 0.0
-    for i in range(r.size):
-        for j in range(i):
-            # |r_i d_i - r_j d_j|^2 without the loss of digits of r_i^2 + r_j^2 - ...
-            f = (r[i] - r[j]) ** 2 + 2.0 * r[i] * r[j] * (1.0 - c[i, j]) - squared[i, j]
-            a, b = 2.0 * (r[i] - r[j] * c[i, j]), 2.0 * (r[j] - r[i] * c[i, j])
-            H[i, i] += a * a
-            H[j, j] += b * b
-            H[i, j] += a * b
-            g[i] += a * f
-            g[j] += b * f
-            total += f * f
-    return total
-
-
-@njit
-def _step(H: np.ndarray, g: np.ndarray, damping: float) -> np.ndarray:
-    """-(H + damping diag H)^-1 g; only the lower half of H is read."""
-    damped, x = H.copy(), -g
-    trace = 0.0
-    for i in range(g.size):
-        trace += H[i, i]
-    for i in range(g.size):
-        damped[i, i] = H[i, i] * (1.0 + damping) + 1e-14 * trace
-    solve(damped, x, LEAST_PIVOT, 0.0, LEAST_PIVOT)
-    return x
+def _misfit(r: np.ndarray, c: np.ndarray, squared: np.ndarray) -> np.ndarray:
+    """(k, k) of all pairs, m^2: |r_i d_i - r_j d_j|^2 without the loss of digits of r_i^2 + ..."""
+    return np.square(r[:, None] - r) + 2 * np.outer(r, r) * (1 - c) - squared

@@ -29,7 +29,7 @@ all, and the priors are the full ones: `batch` would give each the more freedom,
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, islice
 
@@ -240,9 +240,7 @@ def best_joint(scene: Scene) -> tuple[list[VariantFit], tuple[Joint, str]]:
     """The ranking of all variants, and the joint estimate by the best of them with its note.
 
     The variant that is best a step after a first fit, which is by the fallback, is estimated in
-    full from there, and all are fitted; then that which is best now, if it is another. The noise is
-    that of the first fit, or of the full one by another variant.
-    Raises `Refusal` where an estimate does not converge.
+    full from there. Raises `Refusal` where an estimate does not converge.
     """
     of = {name: replace(scene, variant=name) for name in NAMES}
     with expect_determined(scene.title):
@@ -251,13 +249,23 @@ def best_joint(scene: Scene) -> tuple[list[VariantFit], tuple[Joint, str]]:
         others = {name: with_rotors(first, of[name].rotors, rounds=1) for name in NAMES[1:]}
     begun = {FALLBACK: first} | others
     best = min(NAMES, key=lambda name: float(_cost(begun[name]).sum()))
-    joints: dict[str, tuple[Joint, str]] = {}
-    while best not in joints:
-        joints[best] = joint(of[best], near=near, first=begun[best])
-        known = begun if best == FALLBACK else dict.fromkeys(of, joints[best][0])
-        weighed = weighed_stations(of, known)[0]
-        best = next(one.variant for one in weighed if one.standing == "chosen")
-    return weighed, joints[best]
+    _, solution, (ways, *_) = preferred(
+        of, best, lambda name: joint(of[name], near=near, first=begun[name])
+    )
+    return ways, solution
+
+
+def preferred(
+    of: Mapping[str, Scene], name: str, estimate_of: Callable[[str], tuple[Joint, str]]
+) -> tuple[str, tuple[Joint, str], list[list[VariantFit]]]:
+    """The variant that fits best from its own estimate, begun with `name`; that estimate with its
+    note; and all variants as the pose of each station but the first has them."""
+    solutions: dict[str, tuple[Joint, str]] = {}
+    while name not in solutions:
+        solutions[name] = estimate_of(name)
+        ways = weighed_stations(of, dict.fromkeys(of, solutions[name][0]))
+        name = next(way.variant for way in ways[0] if way.standing == "chosen")
+    return name, solutions[name], ways
 
 
 def weighed_stations(

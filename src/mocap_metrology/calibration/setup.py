@@ -8,8 +8,8 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
-from mocap_metrology.calibration.pose import calibration_settings, sensors_of
 from mocap_metrology.calibration.sweeps import Recorded, recorded
+from mocap_metrology.calibration.track import calibration_settings, sensors_of
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import versions, write_json
 from mocap_metrology.common.types import Row
@@ -106,9 +106,8 @@ def _scenes(
     scenes, still = {}, {}
     for one in members:
         member_hits, read = hits[one.name], every[one.name]
-        board = read.board
-        more = sensors_of(settings, stations, read.inertial, normals=read.normals)
-        clocks = dict(zip(read.names, read.clocks, strict=False))
+        board, clocks = read.board, dict(zip(read.names, read.clocks, strict=False))
+        more = sensors_of(settings, replace(read, stations=stations))
         more = replace(more, clocks=tuple(map(clocks.get, names)))
         lasers = how.lasers_m if generation == 1 else None
         scene = Scene(

@@ -87,8 +87,8 @@ def network_json(
     diagnostics: Mapping[str, object],
     true: Mapping[str, Reference],
 ) -> PoseFile:
-    """Likewise of any number of stations; chosen: index into `poses` of each that has one; true:
-    poses by name that a lab measured."""
+    """Likewise of any number of stations of the second generation; chosen: index into `poses` of
+    each that has one; true: poses by name that a lab measured."""
     document = pose_json(poses, stations, None, verdict, diagnostics)
     for index, pose in enumerate(poses):
         entry = document["poses"][index] = _entry(pose, true.get(pose.station))
@@ -112,8 +112,7 @@ def network_json(
             k: {key: one[key] for key in keys} for k, one in every.items()
         }
     for station in stations:
-        if station.generation == 2:
-            document["stations"][station.role]["mode"] = str(station.channel)
+        document["stations"][station.role]["mode"] = str(station.channel)
     return document
 
 

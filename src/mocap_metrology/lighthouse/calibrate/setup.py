@@ -61,19 +61,18 @@ def calibrate_stations(
     report: Callable[[str], None],
     sensors: Sensors | None,
 ) -> Calibration:
-    """Poses of all stations that are connected with the reference, the first of `stations`, or
-    with most others where the reference is alone. Of the second generation the optics are
-    `factory` where the values of all of these are known; else `estimated`, with the spread of real
-    stations as the prior of those that are not. Raises `Refusal` where no two are connected, or the
-    search does not converge.
+    """Poses of all stations of the second generation that are connected with the reference, the
+    first of `stations`, or with most others where the reference is alone. The optics are `factory`
+    where the values of all of these are known; else `estimated`, with the spread of real stations
+    as the prior of those that are not. Raises `Refusal` where no two are connected, or the search
+    does not converge.
     """
     names = [station.role for station in stations]
     factories = [station.factory for station in stations]
-    generation = stations[0].generation
     how = None, FALLBACK if settings.variant == AUTO else settings.variant, settings.priors
     optics = optics_for(settings.optics, factories)
-    every = Scene(hits, board, optics, factories, *how, generation=generation, names=names)
-    every = replace(every, sensors=sensors or Sensors())
+    known = sensors or Sensors()
+    every = Scene(hits, board, optics, factories, *how, sensors=known, generation=2, names=names)
     began = time.perf_counter()
     seen = networks.look(every)
     shared = networks.shared_moments(seen)
@@ -89,9 +88,8 @@ def calibrate_stations(
     views = [seen[k] for k in members]
     scene, why = faced(scene, (sightings(one.measurements, one.paths[0]) for one in views if one))
     still = None
-    if all(view is not None and is_still(view.paths[0]) for view in views) or (
-        generation == 2 and is_constant(scene.hits, len(board))
-    ):
+    at_rest = all(view is not None and is_still(view.paths[0]) for view in views)
+    if at_rest or is_constant(scene.hits, len(board)):
         still = [median_angles(scene.hits, k, len(board)) for k in range(len(members))]
     near = networks.start(scene, views) if still is None else None
     begun = batch.joint(scene, still, near)
@@ -118,7 +116,7 @@ def _best_stations(
 ) -> tuple[Scene, tuple[Joint, str], list[list[VariantFit]]]:
     """The estimate by the variant of the rotor model that the recording prefers, and all of each
     station."""
-    auto = scene.optics == "factory" and settings.variant == AUTO and scene.generation == 2
+    auto = scene.optics == "factory" and settings.variant == AUTO
     if not auto or not moved or variants.all_one(scene.factories):
         return scene, begun, []
     of = {name: replace(scene, variant=name) for name in OF_PLANES}

@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from mocap_metrology.lighthouse.calibrate.agreement import agreed_paths
 from mocap_metrology.lighthouse.calibrate.network import Network
 from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, Scene
 from mocap_metrology.lighthouse.calibrate.scene import NAME as BATCH
-from mocap_metrology.lighthouse.calibrate.static import is_still
+from mocap_metrology.lighthouse.calibrate.static import is_still, median_angles
 from mocap_metrology.lighthouse.calibrate.superpose import at_times, superpose
 from mocap_metrology.lighthouse.calibrate.variants import AUTO, VariantFit
 from mocap_metrology.lighthouse.fit import board_pose
@@ -24,6 +25,8 @@ from mocap_metrology.lighthouse.fit.board_pose import MIRRORED_RAD, START_M, ang
 from mocap_metrology.lighthouse.fit.simplex import MATLAB, TIGHT
 from mocap_metrology.lighthouse.records import (
     COVARIANCE_UNITS,
+    MASTER,
+    SLAVE,
     Measurements,
     Path,
     PoseEstimate,
@@ -111,6 +114,12 @@ class Seen:
         self.seen = {order: scene.seen(both) for order, both in measured.items()}
         self.agreed = agreed_paths(self.seen[smooth], scene.board, smooth, near)
         self.still = all(is_still(path) for path in self.agreed.paths)
+
+    @cached_property
+    def middle(self) -> tuple[Measurements, Measurements]:
+        """Median angles of each diode, of master and slave."""
+        hits, n = self.scene.hits, len(self.scene.board)
+        return median_angles(hits, MASTER, n), median_angles(hits, SLAVE, n)
 
 
 def _path(

@@ -18,7 +18,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
 
 import numpy as np
 
@@ -190,13 +189,14 @@ def by_setup(
             zeros = parts.pull_of_zeros(solution, scene.used_priors, members)
             solution = replace(solution, begins=solution.begins + zeros)
         usable = {piece.title: piece.usable for piece in pieces}
-        solution, touched, left = _touched(solution, list(usable))
+        solution, touched, left = parts.halves_of_all(solution)
         details = {**batch.details_of(scene, solution, usable), "misfit_left": left}
         poses, by_station = [], {}
         for k, name in enumerate(scene.names[1:], start=1):
             pairs = zip(usable, apart[k - 1], strict=True)
             by_name = {title: pair for title, pair in pairs if pair is not None}
-            every = [*by_name.items(), *touched[k - 1].items()]
+            moved = zip(usable, touched[k - 1], strict=True)
+            every = [*by_name.items(), *((t, one) for t, one in moved if one and one.stepped)]
             where, worst = max(every, key=lambda pair: pair[1].m2, default=("", None))
             of = {} if worst is None or worst.recordings else {"halves_of": where}
             pose = replace(batch.pose_of(scene, solution, "final", details | of, k), halves=worst)
@@ -205,21 +205,6 @@ def by_setup(
             by_station[name] = by_name
     network = network and replace(network, covariance=covariance_of_all(solution, ways))
     return Setup(poses, by_station, ways[0], why, network)
-
-
-def _touched(solution: Joint, names: Sequence[str]) -> tuple[Joint, list[dict[str, Halves]], float]:
-    """The estimate with the misfit by steps within its recordings; these of each station but the
-    first, by title, as where it was moved meanwhile; and the misfit that a step leaves."""
-    named = zip(names, solution.recordings, strict=True)
-    every = {k: parts.pieces_of(solution, one) for k, one in named if not one.trajectory.still}
-    stepped, misfits = [dict[str, Halves]() for _ in solution.state.R[1:]], [solution.misfit]
-    left = solution.misfit
-    for k, title in product(range(len(stepped)), every):
-        pair, misfit, by_it = parts.halves(solution, k + 1, every[title])
-        misfits, left = [*misfits, misfit], min(left, by_it)
-        if pair is not None and pair.stepped:
-            stepped[k][title] = pair
-    return replace(solution, misfit=max(misfits)), stepped, left
 
 
 def _by_variant(

@@ -52,7 +52,7 @@ from mocap_metrology.lighthouse.calibrate.network import start
 from mocap_metrology.lighthouse.calibrate.reconstruction import Optics
 from mocap_metrology.lighthouse.calibrate.scene import Scene
 from mocap_metrology.lighthouse.calibrate.static import is_still, residuals_by_diode, static_pose
-from mocap_metrology.lighthouse.calibrate.superpose import BLOCKS
+from mocap_metrology.lighthouse.calibrate.superpose import BLOCKS, blocks_of
 from mocap_metrology.lighthouse.calibrate.weighted_station import (
     last_step,
     residuals,
@@ -121,12 +121,6 @@ class VariantFit:
         values |= {name: getattr(self, name) for name in ("standing", "residual_rms_urad", "t")}
         pose = {"translation_mm": (1e3 * self.t_m).tolist(), "rotation_matrix": self.R.tolist()}
         return values | pose
-
-
-def units_of(time_s: np.ndarray, start_s: float, end_s: float) -> np.ndarray:
-    """Stretch of the recording, 0 to `BLOCKS` - 1, of each time."""
-    share = (time_s - start_s) / max(end_s - start_s, 1e-9)
-    return np.clip((share * BLOCKS).astype(int), 0, BLOCKS - 1)
 
 
 def weigh(fits: Sequence[Fit]) -> list[VariantFit]:
@@ -223,7 +217,7 @@ def _moving(name: str, optics: Optics, agreed: Agreed, board: np.ndarray, order:
     hit = min(float(master.epsilon.sum() / max(free.sum(), 1)), HIT_RAD**2)
     of_slave = np.full(len(left.count), hit + SWEEP_RAD**2)
     noise = np.r_[hit * free / np.maximum(master.n_angles, 1), of_slave]
-    return Fit(name, R, t, loss, angles, units_of(time, time.min(), time.max()), noise)
+    return Fit(name, R, t, loss, angles, blocks_of(time), noise)
 
 
 def _at_rest(name: str, optics: Optics, board: np.ndarray) -> Fit | None:
@@ -303,7 +297,7 @@ def _fit(name: str, solution: Joint, station: int) -> Fit:
         count = np.diff(one.sweeps.first) if share is None else np.add.reduceat(share, first)
         angles.append(count)
         still = one.trajectory.still
-        within = np.zeros(time.size) if still else units_of(time, time.min(), time.max())
+        within = np.zeros(time.size) if still else blocks_of(time)
         unit.append(within + k * BLOCKS)
         hit.append(np.full(count.size, one.noise.hit))
     n, noise = np.concatenate(angles), np.concatenate(hit)

@@ -196,9 +196,7 @@ def both_stages(
     if estimator == "paper-lm":
         moved = np.median(master_then.t_m - slave_then.t_m @ turned.T, axis=0)
         # On a straight path positions leave the turn about it open, the board's rotations do not.
-        starts = [(R, t), (turned, moved)]
-        if agreed.R is not None and agreed.t_m is not None:
-            starts.append((agreed.R, agreed.t_m))
+        starts = [(R, t), (turned, moved), *filter(None, [agreed.pose])]
         R, t, spread = weighted_station.last_step(starts, evidence, settings.lm_weights)
         parts = weighted_station.halves(R, t, evidence)
         calibration.estimates.append(replace(estimate("final", R, t, spread), halves=parts))

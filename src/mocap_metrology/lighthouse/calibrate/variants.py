@@ -189,7 +189,7 @@ def best_variant(
         variant = replace(scene, variant=name)
         optics, board = variant.seen(measured), scene.board
         agreed = agreed_paths(optics, board, order, near)
-        near = agreed.R
+        near = agreed.pose and agreed.pose[0]
         if all(is_still(path) for path in agreed.paths):
             fit = _at_rest(name, variant.seen(middle), board)
         else:
@@ -205,9 +205,9 @@ def best_variant(
 def _moving(name: str, optics: Optics, agreed: Agreed, board: np.ndarray, order: int) -> Fit | None:
     """K_1 of the master's board poses and the weighted K_2 of the slave's angles, by stretches."""
     evidence = seen_on_path(agreed.paths, optics, board, order)
-    if agreed.R is None or agreed.t_m is None or len(evidence.path) < FEWEST_MOMENTS:
+    if agreed.pose is None or len(evidence.path) < FEWEST_MOMENTS:
         return None
-    R, t, _ = last_step([(agreed.R, agreed.t_m)], evidence)
+    R, t, _ = last_step([agreed.pose], evidence)
     left, master = residuals(R, t, evidence), agreed.paths[MASTER]
     time = np.concatenate([master.time_s, evidence.path.time_s])
     angles = np.concatenate([master.n_angles, left.count])

@@ -156,8 +156,9 @@ class Residuals:
         return float(np.sum(np.minimum(self.cost, limit) * self.count))
 
 
-def residuals(R: np.ndarray, t: np.ndarray, data: Evidence) -> Residuals:
-    """Residuals of a slave's pose R, t (m), without what the path's uncertainty explains.
+def residuals(R: np.ndarray, t: np.ndarray, data: Evidence, exact: bool = False) -> Residuals:
+    """Residuals of a slave's pose R, t (m), without what the path's uncertainty explains; exact:
+    as if there were none, as J has it.
 
     The slave's shift does the opposite of the board's, and its turn that of the board's turn about
     the slave: with b from the slave to the board J = -J_P T^T, T = [1 0; [b] 1]. With H = J_P^T J_P
@@ -170,11 +171,13 @@ def residuals(R: np.ndarray, t: np.ndarray, data: Evidence) -> Residuals:
     H, g = axes @ H @ axes.T, g @ axes.T
     # The ridge is far below the information of a diode; it only makes a lost board pose soluble.
     known = data.information + RIDGE * np.eye(6)
-    solved = np.linalg.solve(known + H, np.concatenate([H, g[..., None]], axis=2))
-    left, T = known @ solved, np.tile(np.eye(6), (len(H), 1, 1))
+    left, T = np.concatenate([H, g[..., None]], axis=2), np.tile(np.eye(6), (len(H), 1, 1))
+    if not exact:
+        solved = np.linalg.solve(known + H, left)
+        left, square = known @ solved, square - np.einsum("ni,ni->n", g, solved[..., 6])
     T[:, 3:, :3] = rotation.cross(arm)
     H_L, g_L = T @ left[..., :6] @ np.swapaxes(T, 1, 2), -(T @ left[..., 6:])[..., 0]
-    cost = (square - np.einsum("ni,ni->n", g, solved[..., 6])) / np.maximum(count, 1)
+    cost = square / np.maximum(count, 1)
     cost = np.where(np.isfinite(cost), cost, np.inf)
     return Residuals(cost, count, H_L, g_L, H, data.information)
 
@@ -216,21 +219,19 @@ def by_gauss_newton(
         if at.limit() >= limit / 2:
             break
     near = (at.count > 0) & (at.cost <= at.limit())
-    block = blocks_of(data.path.time_s[near])
-    H, g = at.H[near], at.g[near]
-    parts = [(H[block == b].sum(axis=0), g[block == b].sum(axis=0)) for b in np.unique(block)]
-    return R, t, jackknife_of_steps(parts)
+    return R, t, jackknife_of_steps(data.path.time_s[near], at.H[near], at.g[near])
 
 
-def jackknife_of_steps(parts: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray | None:
+def jackknife_of_steps(time_s: np.ndarray, H: np.ndarray, g: np.ndarray) -> np.ndarray | None:
     """Covariance (6, 6) of t and the left rotation vector in m and rad, by a jackknife over blocks
     of time: each estimate without one is a single Gauss-Newton step from the minimum,
-    -(H - H_b)^-1 (g - g_b). parts: H_b, g_b. None with fewer than three."""
-    if len(parts) < 3:
+    -(H - H_b)^-1 (g - g_b). H (n, 6, 6), g (n, 6) at times (n,). None with fewer than three."""
+    block = blocks_of(time_s)
+    others = [block != b for b in np.unique(block)]
+    if len(others) < 3:
         return None
-    H, g = (np.sum(sums, axis=0) for sums in zip(*parts, strict=True))
-    steps = np.array([damped_step(H - H_b, g - g_b, 0.0) for H_b, g_b in parts])
-    return jackknife(steps) if np.isfinite(steps).all() else None
+    steps = [damped_step(H[rest].sum(axis=0), g[rest].sum(axis=0), 0.0) for rest in others]
+    return jackknife(np.array(steps)) if np.isfinite(steps).all() else None
 
 
 def halves(R: np.ndarray, t: np.ndarray, data: Evidence) -> Halves | None:
@@ -272,13 +273,8 @@ def by_levenberg_marquardt(
 def covariance(R: np.ndarray, t: np.ndarray, data: Evidence) -> np.ndarray | None:
     """`jackknife_of_steps` of K_2, which assumes the board's path to be exact, so that the inverse
     of its second derivative would promise too much."""
-    plain, parts = data.plain, []
-    block = blocks_of(data.path.time_s[np.nonzero(data.seen)[0]])
-    for rows in (block == b for b in np.unique(block)):
-        seen = plain._replace(points=plain.points[rows], measured=plain.measured[rows])
-        parts.append((np.empty((6, 6)), np.empty(6)))
-        normal_equations(np.ascontiguousarray(R), t, seen, *parts[-1])
-    return jackknife_of_steps(parts)
+    plain = residuals(R, t, data, exact=True)
+    return jackknife_of_steps(data.path.time_s, plain.H, plain.g)
 
 
 def residual_rms(R: np.ndarray, t: np.ndarray, data: Evidence) -> float:

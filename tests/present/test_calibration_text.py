@@ -126,7 +126,7 @@ def test_without_a_pose() -> None:
 
 def test_the_document_has_the_sentences_at_its_places() -> None:
     verdict = Verdict("failed", (check(Case.TOO_DISTANT, "failed", False, "distance"),))
-    bare = pose_json([], [Station("master"), Station("slave")], None, verdict)
+    bare = pose_json([], [Station("master"), Station("slave")], {}, verdict)
     told = pose_document(Summary(bare | {"check_against": {"moved": None, "valid": None}}, verdict))
     assert list(told) == [*bare, "check_against"]
     assert told["verdict"] == {"word": "failed", "reason": sentence(check(Case.TOO_DISTANT))}

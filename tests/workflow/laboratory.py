@@ -102,7 +102,7 @@ def write_laboratory(folder: Path, recording: SimulatedSweeps) -> None:
     write_json(folder / "stations.json", stations_to_json(truth.stations))
     before = truth.t_m + np.array([1e-3 * SHIFT_MM, 0, 0])
     pose = PoseEstimate("paper-lm", "final", "factory", truth.R, before)
-    earlier = pose_json([pose], truth.stations, 0, Verdict("good"))
+    earlier = pose_json([pose], truth.stations, {"slave": 0}, Verdict("good"))
     write_json(folder / "earlier.json", earlier)
     (R,), (t,) = truth.motion.poses(np.array([2.0]))
     points = {"master": np.zeros(3), "slave": truth.t_m, "diode 5 at 2.0 s": R @ truth.board[5] + t}

@@ -13,7 +13,7 @@ from mocap_workflow.startup import check_python, configuration
 from running import faults_of
 from snakemake.io import PeriodicityDetector
 
-from mocap_metrology.calibration.pose import calibration_settings
+from mocap_metrology.calibration.track import calibration_settings
 from mocap_metrology.lighthouse.calibrate import pnp
 from mocap_metrology.lighthouse.calibrate.jansen import CalibrationSettings
 from mocap_metrology.noise.diagnosis.records import DiagnosisSettings

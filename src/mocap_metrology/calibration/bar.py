@@ -15,10 +15,9 @@ from mocap_metrology.accuracy import take as of_take
 from mocap_metrology.accuracy.bar import BarEntry, evaluate
 from mocap_metrology.accuracy.bar_rows import bar_rows
 from mocap_metrology.accuracy.findings import findings_of
-from mocap_metrology.calibration.pose import calibration_settings, sensors_of
 from mocap_metrology.calibration.receiver import stated_errors
 from mocap_metrology.calibration.sweeps import Entry, Paths, Recorded, decoded, recorded
-from mocap_metrology.calibration.track import Sight, scene_before, stations_used
+from mocap_metrology.calibration.track import scene_before, stations_used
 from mocap_metrology.common import files
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Row
@@ -92,7 +91,7 @@ def _judged(
         elif not is_own:
             read = decoded(replace(entry, board=tracked.name), inputs, settings)
             sensors = read.pulses.inertial if read.pulses else None
-            origin = {"host_s": read.host_s}
+            origin: files.Metadata = {"host_s": read.host_s, "clocks": []}
             seen = Recorded(read.hits, read.stations, read.board, read.normals, origin, sensors)
         objects.append(_object(seen, first, tracked, used, is_own and used is own_pose, settings))
     return _document(entry.calibration, bar_row, pair, heads(*objects), used, limits)
@@ -131,9 +130,7 @@ def _object(
     """first: the board of the row, whose factory values the calibration has used."""
     known = {station.role: station.factory for station in first.stations}
     stations = [replace(s, factory=known.get(s.role) or s.factory) for s in seen.stations]
-    sensors = sensors_of(settings, stations, seen.inertial, normals=seen.normals)
-    sight = Sight(replace(seen, stations=stations), calibration_settings(settings), sensors)
-    scene, calibrated = scene_before(used, is_own, sight)
+    scene, calibrated = scene_before(used, is_own, replace(seen, stations=stations), settings)
     host_s = seen.origin.get("host_s")
     return Object(
         scene, calibrated, (tracked.R, tracked.t_m), math.nan if host_s is None else host_s

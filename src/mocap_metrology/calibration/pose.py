@@ -18,7 +18,7 @@ from mocap_metrology.calibration.angle_noise import of_calibration
 from mocap_metrology.calibration.exports import frame_of, write_exports
 from mocap_metrology.calibration.sweeps import Entry, Paths
 from mocap_metrology.calibration.tables import DECODED, TABLES, TWIN
-from mocap_metrology.calibration.track import Sight, write_track
+from mocap_metrology.calibration.track import calibration_settings, sensors_of, write_track
 from mocap_metrology.common import files
 from mocap_metrology.common.errors import Refusal, UnknownUnit
 from mocap_metrology.common.parallel import MapFunction, in_turn
@@ -32,14 +32,12 @@ from mocap_metrology.lighthouse.assess.network_reference import NetworkReference
 from mocap_metrology.lighthouse.assess.pose_file import PoseFile
 from mocap_metrology.lighthouse.assess.reference import Reference
 from mocap_metrology.lighthouse.assess.summary import refused, summary, with_objects
-from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, CalibrationSettings, calibrate
 from mocap_metrology.lighthouse.calibrate.scene import Sensors
 from mocap_metrology.lighthouse.calibrate.stages import PEERS, SIMPLEX
 from mocap_metrology.lighthouse.decode.clean import clean_hits, neighbour_outliers
 from mocap_metrology.lighthouse.decode.gates import Cleaning
-from mocap_metrology.lighthouse.known_length import KnownLength
-from mocap_metrology.lighthouse.records import ROLES, SLAVE, Clock, Inertial, PoseEstimate, Station
+from mocap_metrology.lighthouse.records import ROLES, SLAVE, PoseEstimate
 from mocap_metrology.lighthouse.simulate import recording as simulated
 from mocap_metrology.lighthouse.simulate import twin as twins
 from mocap_metrology.lighthouse.simulate.network_twin import NetworkTwin
@@ -119,10 +117,10 @@ def write_poses(
     entries and the inputs of each.
     Returns the contents of pose.json.
     """
-    read, calibration, placed = sweeps.recorded(inputs), Calibration(), None
+    read, calibration, placed = sweeps.recorded(inputs, entry), Calibration(), None
     origin, stations, how = read.origin, read.stations, calibration_settings(settings)
-    sensors = _sensors(entry, settings, inputs, read)
     try:
+        sensors = sensors_of(settings, read)
         calibration = calibrate(*read.seen, how, log.info, over, sensors, stations)
         calibration.why.extend([] if calibration.estimates else _contradicted(origin["dropped"]))
         result = summary(
@@ -152,8 +150,8 @@ def write_poses(
     origin["versions"] = files.versions("numpy", "scipy", "numba")
     files.write_table(paths["poses"], records.pose_columns(calibration.paths), origin)
     earlier = inputs.get("tracked_with")
-    sight = Sight(read, how, sensors)
-    write_track(paths["track"], entry, calibration, result.document, earlier, sight, origin)
+    of = entry, calibration, result.document, earlier, read, settings, origin
+    write_track(paths["track"], *of)
     world = write_exports(origin, verdict, stations, placed, how.lasers_m, paths)
     document |= {"world": world, "origin": origin}
     files.write_json(paths["pose"], document)
@@ -167,12 +165,6 @@ def _contradicted(dropped: Mapping[str, float]) -> list[str]:
     return [said] if percent > MOST_REJECTED else []
 
 
-def _sensors(entry: Entry, settings: Lighthouse, inputs: Paths, read: sweeps.Recorded) -> Sensors:
-    lengths = sweeps.lengths_of(entry, inputs.get("points"), len(read.board), read.names)
-    how = read.inertial, lengths, read.normals, read.clocks
-    return sensors_of(settings, read.stations, *how)
-
-
 def _of_others(
     beside: Sequence[tuple[Entry, Paths]], settings: Lighthouse
 ) -> Iterator[tuple[str, PoseFile]]:
@@ -181,12 +173,11 @@ def _of_others(
     how = calibration_settings(settings)
     better = [name for name in how.estimators if name not in (*SIMPLEX, *PEERS)]
     for entry, inputs in beside:
-        read = sweeps.recorded(inputs)
-        if read.generation == 2:
-            continue
         try:
+            if (read := sweeps.recorded(inputs, entry)).generation == 2:
+                continue
             chosen = replace(how, estimators=better or how.estimators)
-            sensors = _sensors(entry, settings, inputs, read)
+            sensors = sensors_of(settings, read)
             calibration = calibrate(*read.seen, chosen, sensors=sensors, stations=read.stations)
         except Refusal as refusal:
             log.info("%s: %s", entry.calibration, refusal)
@@ -194,37 +185,6 @@ def _of_others(
         origin = read.origin["duration_s"], read.origin["resolution_s"]
         told = summary(calibration, read.stations, duration_s=origin[0], resolution_s=origin[1])
         yield entry.calibration, told.document
-
-
-def calibration_settings(settings: Lighthouse) -> CalibrationSettings:
-    """Settings of the estimators, lasers in m, from those of the configuration."""
-    known = {k: v for k, v in settings if k in CalibrationSettings.__dataclass_fields__}
-    if settings.lasers_mm is not None:
-        known["lasers_m"] = 1e-3 * np.reshape(settings.lasers_mm, (2, 2, 3))
-    priors = Priors(
-        time_zero_us=settings.time_zero_sd_us,
-        phase_mrad=settings.phase_sd_mrad,
-        laser_depth_mm=settings.laser_depth_sd_mm,
-        board_scale=settings.board_scale_sd,
-        board_position_mm=settings.board_position_sd_mm,
-    )
-    return CalibrationSettings(**known, priors=priors)
-
-
-def sensors_of(
-    settings: Lighthouse,
-    stations: Sequence[Station],
-    inertial: Inertial | None = None,
-    lengths: tuple[KnownLength, ...] = (),
-    normals: np.ndarray | None = None,
-    clocks: tuple[Clock | None, ...] = (),
-) -> Sensors:
-    """What a calibration uses besides hits, by the settings; the others as of `Sensors`."""
-    ups = None
-    if settings.gravity:
-        unknown = np.full(3, np.nan)
-        ups = np.array([unknown if one.gravity is None else one.gravity for one in stations])
-    return Sensors(inertial if settings.inertial else None, ups, lengths, normals, clocks)
 
 
 def reference_of(

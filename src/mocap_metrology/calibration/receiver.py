@@ -7,13 +7,14 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from mocap_metrology.calibration.pose import calibration_settings, motion_capture, sensors_of
+from mocap_metrology.calibration.pose import motion_capture
 from mocap_metrology.calibration.sweeps import Entry, Paths, recorded
-from mocap_metrology.calibration.track import Sight, scene_before, stations_used
+from mocap_metrology.calibration.track import scene_before, stations_used
 from mocap_metrology.common import files
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Floats, Row
@@ -115,11 +116,9 @@ def _tracked(columns: Mapping[str, np.ndarray]) -> Tracked:
 
 def _scene(entry: Entry, inputs: Paths, settings: Lighthouse) -> tuple[Scene, Calibrated]:
     """The light on the receiver, and the stations as the row tracks with them."""
-    read, pose = recorded(inputs), read_pose_json(inputs["pose"])
+    read, pose = replace(recorded(inputs), inertial=None), read_pose_json(inputs["pose"])
     used = stations_used(entry, pose, inputs.get("tracked_with"))
-    sensors = sensors_of(settings, read.stations, normals=read.normals)
-    sight = Sight(read, calibration_settings(settings), sensors)
-    scene, known = scene_before(used, used is pose, sight)
+    scene, known = scene_before(used, used is pose, read, settings)
     if scene.optics == ESTIMATED:
         raise Refusal("the rotors of these stations were estimated; expected factory values")
     return scene, known

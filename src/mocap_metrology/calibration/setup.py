@@ -8,8 +8,8 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
-from mocap_metrology.calibration.pose import calibration_settings, sensors_of
 from mocap_metrology.calibration.sweeps import Recorded, recorded
+from mocap_metrology.calibration.track import calibration_settings, sensors_of
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import versions, write_json
 from mocap_metrology.common.types import Row
@@ -106,15 +106,12 @@ def _scenes(
     scenes, still = {}, {}
     for one in members:
         member_hits, read = hits[one.name], every[one.name]
-        board = read.board
-        more = sensors_of(settings, stations, read.inertial, normals=read.normals)
-        clocks = dict(zip(read.names, read.clocks, strict=False))
+        board, clocks = read.board, dict(zip(read.names, read.clocks, strict=False))
+        more = sensors_of(settings, replace(read, stations=stations))
         more = replace(more, clocks=tuple(map(clocks.get, names)))
         lasers = how.lasers_m if generation == 1 else None
-        scene = Scene(
-            member_hits, board, optics, factories, lasers, how.variant, how.priors, sensors=more
-        )
-        scenes[one.name] = replace(scene, generation=generation, names=names)
+        known = member_hits, board, optics, factories, lasers, how.variant, how.priors
+        scenes[one.name] = Scene(*known, sensors=more, generation=generation, names=names)
         if read_pose_json(one.pose)["diagnostics"].get("still"):
             still[one.name] = [
                 median_angles(member_hits, k, len(board)) for k in range(len(stations))
@@ -143,53 +140,43 @@ def same_stations(
             check_same_ids(theirs, its, name, first)
         both = [_best_known([listed[k] for listed in every.values()]) for k in (MASTER, SLAVE)]
         return both, {name: [MASTER, SLAVE] for name in every}
-    by_channel = _of_channels(every)
-    order = sorted(range(len(by_channel)), key=lambda k: by_channel[k][0].channel or 0)
-    places = {}
-    for name, listed in every.items():
-        rank = [
-            next(k for k, same in enumerate(by_channel) if one in _ids(same))
-            for one in _ids(listed)
+    groups = sorted(_of_channels(every), key=lambda same: same[0][1].channel or 0)
+    places = {
+        name: [
+            next(k for k, same in enumerate(groups) if any(one is other for _, other in same))
+            for one in listed
         ]
-        places[name] = [order.index(k) for k in rank]
-        if len(set(places[name])) < len(listed):
+        for name, listed in every.items()
+    }
+    for name, of_one in places.items():
+        if len(set(of_one)) < len(of_one):
             raise Refusal(f"{name}: two of its stations are one in the other recordings")
-    return [_best_known(by_channel[k]) for k in order], places
+    return [_best_known([one for _, one in same]) for same in groups], places
 
 
-def _of_channels(every: Mapping[str, Sequence[Station]]) -> list[list[Station]]:
-    """Stations of the second generation as each recording tells them, those that are one together;
-    the first of these names it."""
-    groups: list[list[Station]] = []
+def _of_channels(every: Mapping[str, Sequence[Station]]) -> list[list[tuple[str, Station]]]:
+    """Stations of the second generation as each recording tells them, with its name, those that
+    are one together; the first of these names it."""
+    groups: list[list[tuple[str, Station]]] = []
     told = [(name, one) for name, group in every.items() for one in group]
-    named: dict[int | None, str] = {}
     for name, one in sorted(told, key=lambda pair: pair[1].id is None):
+        same = [group for group in groups if group[0][1].id == one.id]
         if one.id is None:
-            same = [
-                group for group in groups if any(one.channel == other.channel for other in group)
-            ]
-        else:
-            same = [group for group in groups if group[0].id == one.id]
+            same = [group for group in groups if one.channel in {o.channel for _, o in group}]
         if len(same) > 1:
-            ids = " and ".join(str(group[0].id) for group in same)
+            ids = " and ".join(str(group[0][1].id) for group in same)
             raise Refusal(f"{name}: station {one.role} has no id, and {ids} have that channel")
         if same:
-            same[0].append(one)
+            same[0].append((name, one))
             continue
-        if one.channel in named:
-            other = next(group[0].id for group in groups if group[0].channel == one.channel)
-            raise Refusal(
-                f"station {one.role} is {one.id} in {name} and {other} in {named[one.channel]};"
-                " expected one station a channel"
-            )
-        groups.append([one])
-        named[one.channel] = name
+        for (where, other), *_ in groups:
+            if other.channel == one.channel:
+                raise Refusal(
+                    f"station {one.role} is {one.id} in {name} and {other.id} in {where};"
+                    " expected one station a channel"
+                )
+        groups.append([(name, one)])
     return groups
-
-
-def _ids(stations: Sequence[Station]) -> list[int]:
-    """By which these very entries are told from equal ones."""
-    return [id(one) for one in stations]
 
 
 def _best_known(told: Sequence[Station]) -> Station:

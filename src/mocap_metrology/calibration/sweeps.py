@@ -170,14 +170,16 @@ def write_decoded(entry: Entry, read: Decoded, settings: Lighthouse, paths: Path
 @dataclass(frozen=True)
 class Recorded:
     """A decoded recording, read again: clean hits, board (n, 3) in m, directions of its diodes
-    where they are known; origin: metadata of the hits; sensors of the board."""
+    where they are known; origin: metadata of the hits; sensors of the board; lengths in the room.
+    """
 
     hits: Hits
-    stations: list[Station]
+    stations: Sequence[Station]
     board: np.ndarray
     normals: np.ndarray | None
     origin: files.Metadata
     inertial: Inertial | None = None
+    lengths: tuple[KnownLength, ...] = ()
 
     @property
     def names(self) -> list[str]:
@@ -201,15 +203,19 @@ class Recorded:
         return self.hits, self.board, [station.factory for station in self.stations]
 
 
-def recorded(inputs: Paths) -> Recorded:
-    """`inputs` are named sweeps, stations, board, inertial (if any)."""
+def recorded(inputs: Paths, entry: Entry | None = None) -> Recorded:
+    """`inputs` are named sweeps, stations, board, inertial and points (if any); entry: of the row
+    that states a length, where it is to be used."""
     columns, origin = files.read_table(inputs["sweeps"])
     stations = stations_from_json(json.loads(Path(inputs["stations"]).read_text(encoding="utf-8")))
     board, normals = read_board(inputs["board"]), read_normals(inputs["board"])
     inertial = None
     if (path := inputs.get("inertial")) is not None:
         inertial = records.inertial_of(files.read_table(path)[0])
-    return Recorded(records.hits_of(columns), stations, board, normals, origin, inertial)
+    read = Recorded(records.hits_of(columns), stations, board, normals, origin, inertial)
+    if entry is None:
+        return read
+    return replace(read, lengths=lengths_of(entry, inputs.get("points"), len(board), read.names))
 
 
 def write_board(path: str, board: np.ndarray, normals: np.ndarray | None = None) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -15,21 +14,40 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import Metadata
 from mocap_metrology.lighthouse.assess import pose_file, reference
 from mocap_metrology.lighthouse.assess.comparison import ids_of
+from mocap_metrology.lighthouse.batch.problem import Priors
 from mocap_metrology.lighthouse.calibrate.jansen import Calibration, CalibrationSettings
 from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, NAME, Scene, Sensors
 from mocap_metrology.lighthouse.calibrate.variants import AUTO, FALLBACK
 from mocap_metrology.lighthouse.records import COVARIANCE_UNITS
 from mocap_metrology.lighthouse.track import receiver
+from mocap_metrology.settings import Lighthouse
 
 log = logging.getLogger(__name__)
 
 
-class Sight(NamedTuple):
-    """Light on an object, by which settings it is tracked, and data besides hits."""
+def calibration_settings(settings: Lighthouse) -> CalibrationSettings:
+    """Settings of the estimators, lasers in m, from those of the configuration."""
+    known = {k: v for k, v in settings if k in CalibrationSettings.__dataclass_fields__}
+    if settings.lasers_mm is not None:
+        known["lasers_m"] = 1e-3 * np.reshape(settings.lasers_mm, (2, 2, 3))
+    priors = Priors(
+        time_zero_us=settings.time_zero_sd_us,
+        phase_mrad=settings.phase_sd_mrad,
+        laser_depth_mm=settings.laser_depth_sd_mm,
+        board_scale=settings.board_scale_sd,
+        board_position_mm=settings.board_position_sd_mm,
+    )
+    return CalibrationSettings(**known, priors=priors)
 
-    read: Recorded
-    settings: CalibrationSettings
-    sensors: Sensors
+
+def sensors_of(settings: Lighthouse, read: Recorded) -> Sensors:
+    """What a calibration uses besides hits, by the settings."""
+    ups = None
+    if settings.gravity:
+        unknown = np.full(3, np.nan)
+        ups = np.array([unknown if one.gravity is None else one.gravity for one in read.stations])
+    inertial = read.inertial if settings.inertial else None
+    return Sensors(inertial, ups, read.lengths, read.normals, read.clocks)
 
 
 def write_track(
@@ -38,7 +56,8 @@ def write_track(
     calibration: Calibration,
     pose: pose_file.PoseFile,
     earlier: str | None,
-    sight: Sight,
+    read: Recorded,
+    settings: Lighthouse,
     origin: Metadata,
 ) -> None:
     """Track the board of a recording and write its poses; where that cannot be, no rows, and the
@@ -62,7 +81,7 @@ def write_track(
             stations = _calibrated(used, placed, True)
             tracked = receiver.poses_along(joint, scene, stations, entry_used["note"])
         else:
-            tracked = receiver.track(*scene_before(used, used is pose, sight))
+            tracked = receiver.track(*scene_before(used, used is pose, read, settings))
         more["note"] = tracked.note
         seen = tracked.hits.any(axis=1)
         log.info("receiver: %d of %d moments have a pose", seen.sum(), seen.size)
@@ -109,28 +128,27 @@ def _placed(used: pose_file.PoseFile) -> dict[str, pose_file.PoseEntry]:
 
 
 def scene_before(
-    used: pose_file.PoseFile, is_own: bool, sight: Sight
+    used: pose_file.PoseFile, is_own: bool, read: Recorded, settings: Lighthouse
 ) -> tuple[Scene, receiver.Calibrated]:
     """What `receiver.track` needs for an object before the stations of a pose.json; is_own: which
     comes from the same hits."""
-    read, settings, sensors = sight
-    placed = _placed(used)
+    how, placed = calibration_settings(settings), _placed(used)
     entry = next(iter(placed.values()))
     by_batch = is_own and entry["estimator"] == NAME
     _, _, optics = pose_file.kind_of(entry)
     names = read.names
     if optics == ESTIMATED and not is_own:
         raise Refusal("the rotors of these stations were estimated; expected factory values")
-    housing = settings.lasers_m is not None
+    housing = how.lasers_m is not None
     if entry["frame"] != ("housing" if housing else "optical"):
         raise Refusal(
             f"the pose is of the {entry['frame']} frame; expected the frame that lasers_mm implies"
         )
-    fixed = FALLBACK if settings.variant == AUTO else settings.variant
+    fixed = FALLBACK if how.variant == AUTO else how.variant
     variants = (str(way["variant"]) for way in used.get("variants", []) if way["chosen"])
-    how = settings.lasers_m, next(variants, fixed), settings.priors
+    known = how.lasers_m, next(variants, fixed), how.priors
     hits, board, factories = read.seen
-    scene = Scene(hits, board, optics, factories, *how, sensors=sensors)
+    scene = Scene(hits, board, optics, factories, *known, sensors=sensors_of(settings, read))
     if pose_file.is_network(used):
         reference = str(used["reference"])
         scene = replace(scene, names=names, generation=2)

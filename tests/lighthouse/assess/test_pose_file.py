@@ -35,14 +35,14 @@ def estimate(stage="final", t=T, turn=R, covariance=COVARIANCE, **more):
 def content(poses=None, stations=STATIONS, chosen=0, **more):
     poses = [estimate()] if poses is None else poses
     found = verdict(None if chosen is None else poses[chosen], poses, stations)
-    return pose_json(poses, stations, chosen, found, **more)
+    return pose_json(poses, stations, {} if chosen is None else {"slave": chosen}, found, **more)
 
 
 def test_written_and_read(tmp_path):
     poses = [estimate("kabsch", covariance=None), estimate(seconds=1.5)]
     reference = Reference(R, T - [0.001, 0, 0])
     diagnostics = {"n_common": 470, "span_m": np.float64(0.5)}
-    made = content(poses, chosen=1, reference=reference, diagnostics=diagnostics)
+    made = content(poses, chosen=1, true={"slave": reference}, diagnostics=diagnostics)
     write_json(tmp_path / "pose.json", made)
     given = read_pose_json(tmp_path / "pose.json")
     assert given["stations"] == {

@@ -37,8 +37,9 @@ def test_both_stations_find_the_minima_that_one_cannot(flown: Scene) -> None:
     given = [reconstruct(flown.hits, s, 4, order=3) for s in (0, 1)]
     both = [minima(own, DECK, IDEAL) for own in given]
     agreed = agree(*both, 3)
-    assert np.linalg.norm(rotation.error(agreed.R, flown.R)) < np.radians(2)
-    which = choose(*both, agreed.R)
+    assert agreed.pose is not None
+    assert np.linalg.norm(rotation.error(agreed.pose[0], flown.R)) < np.radians(2)
+    which = choose(*both, agreed.pose[0])
     stations = [(np.eye(3), np.zeros(3)), (flown.R, flown.t_m)]
     for own, station, taken, path in zip(both, stations, which, agreed.paths, strict=True):
         truly = right(own.measurements, own.paths, station, 3, 2.0)

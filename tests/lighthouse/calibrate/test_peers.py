@@ -62,22 +62,6 @@ def test_a_board_in_any_frame_of_its_own(name):
     np.testing.assert_allclose(t, t_true + R_true @ shift, atol=1e-6)
 
 
-@NO_OPENCV
-def test_both_poses_of_a_flat_board_are_mirror_images():
-    """Normals on either side of the line of sight, at nearly the same cost when far away."""
-    _, t_true, angles = views(FLAT, n=20, noise_rad=6e-5)
-    R, t, cost = pnp.both_poses(angles, FLAT)
-    assert (cost[:, 1] >= cost[:, 0]).all()
-    ray = t_true / np.linalg.norm(t_true, axis=1, keepdims=True)
-    tilt = [np.degrees(np.arccos(-np.einsum("ni,ni->n", R[:, k, :, 0], ray))) for k in (0, 1)]
-    clear = tilt[0] > 5
-    np.testing.assert_allclose(tilt[0][clear], tilt[1][clear], rtol=0.3)
-    normal = R[:, :, :, 0]
-    across = normal + np.einsum("nki,ni->nk", -normal, ray)[..., None] * ray[:, None]
-    assert (np.einsum("ni,ni->n", across[:, 0], across[:, 1])[clear] < 0).all()
-    np.testing.assert_allclose(t[:, 0], t[:, 1], atol=0.05)
-
-
 def test_refusals():
     _, _, angles = views(FLAT, n=1)
     with pytest.raises(Refusal, match="epnp: the board is flat"):

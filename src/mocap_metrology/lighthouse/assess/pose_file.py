@@ -17,7 +17,7 @@ from mocap_metrology.lighthouse.assess.fit_checks import Check
 from mocap_metrology.lighthouse.assess.reference import Reference, errors
 from mocap_metrology.lighthouse.assess.validation import Verdict
 from mocap_metrology.lighthouse.calibrate.network import Network
-from mocap_metrology.lighthouse.records import ROLES, PoseEstimate, Station
+from mocap_metrology.lighthouse.records import ROLES, SLAVE, PoseEstimate, Station
 
 CONVENTION = (
     "Pose of the slave in the master's frame: p_master = R p_slave + t. A station looks along "
@@ -40,8 +40,7 @@ KIND = "estimator", "stage", "optics"
 LARGEST_OFF_UNIT = 1e-2  # of the length of a quaternion
 
 
-# Contents of pose.json, and one of its `poses`: keys as `pose_json`, `network_json` and `_entry`
-# write them.
+# Contents of pose.json, and one of its `poses`: keys as `pose_json` and `_entry` write them.
 PoseFile = dict[str, Any]
 PoseEntry = dict[str, Any]
 
@@ -49,55 +48,43 @@ PoseEntry = dict[str, Any]
 def pose_json(
     poses: Sequence[PoseEstimate],
     stations: Sequence[Station],
-    chosen: int | None,
+    chosen: Mapping[str, int],
     verdict: Verdict,
     diagnostics: Mapping[str, object] | None = None,
-    reference: Reference | None = None,
+    true: Mapping[str, Reference] | None = None,
+    network: Network | None = None,
 ) -> PoseFile:
     """Contents of pose.json but for its sentences. stations: master first; chosen: index into
-    `poses`, None if none.
+    `poses` of each station that has one, by name; true: poses that a lab measured, likewise;
+    network: of any number of stations of the second generation.
 
     Of a PoseEstimate all is written but `seconds`, which changes from run to run; of the chosen one
     also what a later calibration is compared by. With a reference, each pose has `errors_mm` and
     `errors_deg`.
     """
-    entries = [_entry(pose, reference) for pose in poses]
-    if chosen is not None:
-        _add_for_later(entries[chosen], poses[chosen])
-    return {
-        "stations": {
-            station.role: {"id": station.id, "mode": station.mode} for station in stations
-        },
-        "chosen": chosen,
+    true = true or {}
+    references = {name: _reference(one) for name, one in true.items()}
+    entries = [_entry(pose, true.get(pose.station)) for pose in poses]
+    for index in chosen.values():
+        _add_for_later(entries[index], poses[index])
+    document: PoseFile = {
+        "stations": {one.role: {"id": one.id, "mode": one.mode} for one in stations},
+        "chosen": chosen.get(ROLES[SLAVE]),
         "verdict": {"word": verdict.word},
         "checks": [check_row(check) for check in verdict.checks],
         "convention": CONVENTION,
-        "reference": None if reference is None else _reference(reference),
+        "reference": references.get(ROLES[SLAVE]),
         "diagnostics": dict(diagnostics or {}),
         "poses": entries,
     }
-
-
-def network_json(
-    poses: Sequence[PoseEstimate],
-    stations: Sequence[Station],
-    chosen: Mapping[str, int],
-    verdict: Verdict,
-    network: Network,
-    diagnostics: Mapping[str, object],
-    true: Mapping[str, Reference],
-) -> PoseFile:
-    """Likewise of any number of stations; chosen: index into `poses` of each that has one; true:
-    poses by name that a lab measured."""
-    document = pose_json(poses, stations, None, verdict, diagnostics)
-    for index, pose in enumerate(poses):
-        entry = document["poses"][index] = _entry(pose, true.get(pose.station))
+    if network is None:
+        return document
+    for entry, pose in zip(entries, poses, strict=True):
         entry["station"] = pose.station
-        if index in chosen.values():
-            _add_for_later(entry, pose)
     reference, joint = network.connected[0], network.covariance
     rest = [station.role for station in stations if station.role != reference]
     document |= {
+        "stations": {one.role: {"id": one.id, "mode": str(one.channel)} for one in stations},
         "reference": reference,
         "chosen": {name: chosen.get(name) for name in rest},
         "convention": NETWORK_CONVENTION,
@@ -105,15 +92,11 @@ def network_json(
         "covariance_joint_stations": [name for name in network.connected if name != reference],
         "station_verdicts": dict(verdict.words),
     }
-    if true:
+    if references:
         keys = ("source", "translation_mm", "rotation_deg")
-        every = {name: _reference(one) for name, one in true.items()}
         document["reference_poses"] = {
-            k: {key: one[key] for key in keys} for k, one in every.items()
+            name: {key: one[key] for key in keys} for name, one in references.items()
         }
-    for station in stations:
-        if station.generation == 2:
-            document["stations"][station.role]["mode"] = str(station.channel)
     return document
 
 

@@ -112,13 +112,12 @@ def summary(
         "left_out": list(calibration.why),
         "notes": [one for one in (*notes, note) if one],
     }
-    if network is not None:
+    if network is None:
+        (whole,) = verdicts.values()
+    else:
         whole = worst_of(verdicts, list(network.apart.values()))
-        arguments = calibration.estimates, stations, taken, whole, network, diagnostics, true
-        return _compared(calibration, pose_file.network_json(*arguments), whole, earlier)
-    (whole,) = verdicts.values()
-    one = taken.get(ROLES[SLAVE]), whole, diagnostics, true.get(ROLES[SLAVE])
-    result = pose_file.pose_json(calibration.estimates, stations, *one)
+    of_all = taken, whole, diagnostics, true, network
+    result = pose_file.pose_json(calibration.estimates, stations, *of_all)
     for entry, pose in zip(result["poses"], calibration.estimates if truths else (), strict=False):
         mm, deg = errors(pose.R, pose.t_m, (truths or {})[pose.frame])
         entry |= {"truth_errors_mm": mm.tolist(), "truth_errors_deg": deg.tolist()}

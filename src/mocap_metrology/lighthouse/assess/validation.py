@@ -15,16 +15,7 @@ import numpy as np
 
 from mocap_metrology.lighthouse import rotation
 from mocap_metrology.lighthouse.assess import fit_checks
-from mocap_metrology.lighthouse.assess.fit_checks import (
-    CHI2_6,
-    EXPECTED_URAD,
-    WORDS,
-    Case,
-    Check,
-    judged,
-    unknown,
-    worst,
-)
+from mocap_metrology.lighthouse.assess.fit_checks import WORDS, Case, Check, judged, unknown, worst
 from mocap_metrology.lighthouse.calibrate.variants import VariantFit, steps
 from mocap_metrology.lighthouse.records import PoseEstimate, Station
 
@@ -126,7 +117,7 @@ def _within_noise(a: PoseEstimate, b: PoseEstimate) -> bool | None:
     if not np.isfinite(total).all():
         return None
     off = np.r_[1e3 * (a.t_m - b.t_m), np.degrees(rotation.error(a.R, b.R))]
-    return bool(off @ np.linalg.pinv(total) @ off < CHI2_6)
+    return bool(off @ np.linalg.pinv(total) @ off < fit_checks.CHI2_6)
 
 
 def gravity_angle_deg(R: np.ndarray, stations: Sequence[Station]) -> float:
@@ -198,7 +189,7 @@ def verdict(
     n_common: int | None = None,
     span_m: float | None = None,
     duration_s: float | None = None,
-    expected_urad: float = EXPECTED_URAD,
+    expected_urad: float = fit_checks.EXPECTED_URAD,
     board_rms_urad: float | None = None,
     places_urad: float = 0.0,
     errors: tuple[np.ndarray, np.ndarray] | None = None,

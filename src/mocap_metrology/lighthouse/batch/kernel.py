@@ -23,6 +23,8 @@ from typing import NamedTuple
 import numpy as np
 
 from mocap_metrology.common.compiled import njit
+from mocap_metrology.common.types import Floats
+from mocap_metrology.lighthouse.rotation import cross
 from mocap_metrology.lighthouse.rotor import GENERATION, angle_gradient
 
 POSE = 6  # unknowns of a control point, and of a station: position, rotation vector
@@ -30,6 +32,7 @@ SPAN = 5 * POSE  # of a sweep: the control points of two neighbouring intervals
 NEAR = 4 * POSE  # of the control points of one hit
 MOST = NEAR + 19  # of those, its other unknowns but its diode's place, its residual and 1
 HELD = 0.5  # of the factor of t: where the places of a board's file hold
+SMALL_RAD = 1e-4  # of a rotation vector: its functions hardly change below
 INDEX2 = 1.5**2  # of refraction, of the cover of a diode
 # Of the work of one hit: derivatives by the diode's place in the board's frame, by the master's
 # coordinates, by depth and by the intrinsics; the diode from the station; rotation vector and the
@@ -111,25 +114,12 @@ def rotated(
     )
 
 
-@njit
-def right_jacobians(v: np.ndarray) -> np.ndarray:
-    """J (n, 3, 3) with Exp(v + d) = Exp(v) Exp(J d) to first order in d, of vectors (n, 3)."""
-    out = np.empty((len(v), 3, 3))
-    for m in range(len(v)):
-        x, y, z = v[m]
-        a2 = x * x + y * y + z * z
-        _, b, c = of_turn(a2)
-        for i in range(3):
-            for j in range(3):
-                out[m, i, j] = c * v[m, i] * v[m, j]
-            out[m, i, i] += 1 - c * a2
-        out[m, 0, 1] += b * z
-        out[m, 0, 2] -= b * y
-        out[m, 1, 0] -= b * z
-        out[m, 1, 2] += b * x
-        out[m, 2, 0] += b * y
-        out[m, 2, 1] -= b * x
-    return out
+def right_jacobians(v: np.ndarray) -> Floats:
+    """J (n, 3, 3) with Exp(v + d) = Exp(v) Exp(J d) to first order in d, of vectors (n, 3):
+    1 - (1 - cos a) / a^2 [v] + (a - sin a) / a^3 [v]^2, for a the length of v."""
+    X: Floats = cross(v)
+    a = np.maximum(np.linalg.norm(v, axis=1), SMALL_RAD)[:, None, None]
+    return np.eye(3) - (1 - np.cos(a)) / a**2 * X + (a - np.sin(a)) / a**3 * (X @ X)
 
 
 @njit(inline="always")

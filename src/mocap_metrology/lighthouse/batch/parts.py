@@ -273,6 +273,17 @@ def halves(
     return pair, max(float(d @ np.linalg.solve(noise, d)) for d in off) / POSE, left
 
 
+def halves_of_all(joint: Joint) -> tuple[Joint, list[list[Halves | None]], float]:
+    """The estimate with the largest misfit by steps; `halves` of each station but the first in each
+    recording, None where the board is at rest; and the least misfit that a step leaves."""
+    moved = [None if r.trajectory.still else pieces_of(joint, r) for r in joint.recordings]
+    none, stations = (None, 1.0, joint.misfit), range(1, len(joint.state.R))
+    every = [[halves(joint, k, one) if one else none for one in moved] for k in stations]
+    misfits, left = zip(*((misfit, left) for row in every for _, misfit, left in row), strict=True)
+    pairs = [[pair for pair, *_ in row] for row in every]
+    return replace(joint, misfit=max(joint.misfit, *misfits)), pairs, min(left)
+
+
 def members_of(joint: Joint) -> list[Piece]:
     """Normal equations of each recording."""
     none = np.zeros(0)

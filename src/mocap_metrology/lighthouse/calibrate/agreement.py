@@ -24,7 +24,8 @@ from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.calibrate.reconstruction import Optics
 from mocap_metrology.lighthouse.calibrate.superpose import at_times, kabsch, nearest
 from mocap_metrology.lighthouse.calibrate.weighted_station import (
-    _information,
+    Pose,
+    board_equations,
     by_gauss_newton,
     evidence,
     residuals,
@@ -94,11 +95,11 @@ def minima(measurements: Measurements, board: np.ndarray, rotors: np.ndarray) ->
     excess = np.stack([(p.epsilon - paths[0].epsilon) / variance for p in paths])
     excess = np.where(np.isfinite(excess), np.minimum(excess, CAP), IMPOSSIBLE)
     prior = np.diag(np.r_[np.full(3, 1 / 100.0**2), np.full(3, 1 / np.pi**2)])
-    spread = np.empty((2, len(measurements), 3, 3))
+    spread, angles = np.empty((2, len(measurements), 3, 3)), measurements.angles_rad
     for k, path in enumerate(paths):
         with np.errstate(over="ignore", invalid="ignore"):
             far = ~(np.linalg.norm(path.t_m, axis=1) < FARTHEST_M) | ~(path.t_m[:, 0] > 0)
-        H = _information(path.R, path.t_m, measurements.seen, np.ascontiguousarray(board), rotors)
+        H, *_ = board_equations(path.R, path.t_m, angles, np.ascontiguousarray(board), rotors)
         H[far | ~np.isfinite(H).all(axis=(1, 2))] = 0.0
         information = H / variance + prior
         try:
@@ -220,11 +221,10 @@ def _angles(a: Floats, b: Floats) -> Floats:
 @dataclass(frozen=True)
 class Agreed:
     """Paths through the minima on which both stations agree, and a slave pose R, t (m) from them;
-    no pose (None) where the stations have no moment in common."""
+    none where the stations have no moment in common."""
 
     paths: tuple[Path, Path]
-    R: np.ndarray | None
-    t_m: np.ndarray | None
+    pose: Pose | None
 
 
 def agree(
@@ -241,7 +241,7 @@ def agree(
     starts = (_pose_from(R, master, slave, order) for R in ways)
     tried = [one for one in starts if one is not None]
     if not tried:
-        return Agreed((master.paths[0], slave.paths[0]), None, None)
+        return Agreed((master.paths[0], slave.paths[0]), None)
     limit = min(np.median(cost) for _, _, cost, _ in tried) * CAP
     means = [float(np.minimum(cost, limit).mean()) for _, _, cost, _ in tried]
     equal = [one for one, mean in zip(tried, means, strict=True) if mean <= EQUAL * min(means)]
@@ -256,7 +256,7 @@ def agree(
         if result is None:
             break
         R, t, *_ = result
-    return Agreed((master.chosen(which[0]), slave.chosen(which[1])), R, t)
+    return Agreed((master.chosen(which[0]), slave.chosen(which[1])), (R, t))
 
 
 def _roughly(master: Minima, slave: Minima, R: np.ndarray) -> Agreed:
@@ -264,9 +264,9 @@ def _roughly(master: Minima, slave: Minima, R: np.ndarray) -> Agreed:
     here, other = master.paths[0], slave.paths[0]
     near, same = _nearest(here.time_s, other.time_s)
     if same.sum() < 3:
-        return Agreed((here, other), None, None)
+        return Agreed((here, other), None)
     t = np.median(here.t_m[same] - other.t_m[near[same]] @ R.T, axis=0)
-    return Agreed((here, other), R, t)
+    return Agreed((here, other), (R, t))
 
 
 def _pose_from(

@@ -69,18 +69,14 @@ def all_solved(
     solution, note = known or joint(scene, still)
     one, stage = solution.recordings[0], "final" if still is None else "static"
     with expect_determined(scene.title):
-        pieces = parts.pieces_of(solution, one) if still is None else []
-        stations, none = range(1, len(scene.names)), (None, 1.0, solution.misfit)
-        halves = [parts.halves(solution, k, pieces) if pieces else none for k in stations]
-        misfit = max([solution.misfit, *(by_step for _, by_step, _ in halves)])
-        solution = replace(solution, misfit=misfit)
+        solution, halves, left = parts.halves_of_all(solution)
         residuals = residual_rows(solution, scene.hits, scene.names)
         path = _path(one.trajectory, one.sweeps.hits.time_s)
         usable = {"": usable_hits(scene, solution)}
         details = {**details_of(scene, solution, usable), "residuals": residuals}
-        details["misfit_left"] = min(of_one for _, _, of_one in halves)
+        details["misfit_left"] = left
         poses = []
-        for k, (pair, *_) in zip(stations, halves, strict=True):
+        for k, (pair,) in enumerate(halves, start=1):
             pose = pose_of(scene, solution, stage, details, k)
             seconds = time.perf_counter() - began
             poses.append(replace(pose, halves=pair, path=path, note=note, seconds=seconds))

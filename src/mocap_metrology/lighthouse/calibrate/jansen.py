@@ -27,26 +27,15 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.parallel import MapFunction, in_turn
 from mocap_metrology.lighthouse import records
-from mocap_metrology.lighthouse.calibrate import variants
+from mocap_metrology.lighthouse.calibrate import stages, variants
 from mocap_metrology.lighthouse.calibrate.batch import solved
 from mocap_metrology.lighthouse.calibrate.network import views
 from mocap_metrology.lighthouse.calibrate.reconstruction import reconstruct
 from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, Scene, Sensors, faced, sightings
 from mocap_metrology.lighthouse.calibrate.scene import NAME as BATCH
 from mocap_metrology.lighthouse.calibrate.setup import calibrate_stations
-from mocap_metrology.lighthouse.calibrate.stages import (
-    FEWEST_POSES,
-    INTERPOLATIONS,
-    MM_DEG,
-    OPTICS,
-    PEERS,
-    SIMPLEX,
-    Calibration,
-    CalibrationSettings,
-    Seen,
-    both_stages,
-)
-from mocap_metrology.lighthouse.calibrate.static import median_angles, static_pose
+from mocap_metrology.lighthouse.calibrate.stages import Calibration, CalibrationSettings, Seen
+from mocap_metrology.lighthouse.calibrate.static import static_pose
 from mocap_metrology.lighthouse.calibrate.variants import best_joint, exchanged
 from mocap_metrology.lighthouse.fit import board_pose
 
@@ -71,15 +60,15 @@ def calibrate(
     hits: cleaned, of both stations; board (n, 3) in metres; factories: of master and slave, None
     where unknown (then `factory` optics are left out). `report` is called with one line a step;
     over: how the optics are worked on; sensors: what `batch` uses besides hits; stations:
-    they, where they may be other than two of the first generation, which `batch` alone estimates
-    (`stations`).
+    they, where they may be of the second generation, which `batch` alone estimates
+    (`calibrate_stations`).
 
     Raises `Refusal` where a station has fewer than `FEWEST_POSES` measurements of four diodes.
     """
     settings = settings or CalibrationSettings()
-    if stations is not None and (stations[0].generation == 2 or len(stations) > 2):
+    if stations is not None and stations[0].generation == 2:
         return calibrate_stations(hits, board, stations, settings, report, sensors)
-    smooth = INTERPOLATIONS[settings.lm_interpolation]
+    smooth = stages.INTERPOLATIONS[settings.lm_interpolation]
     orders = {smooth} if set(settings.estimators) <= {"paper-lm", BATCH} else {1, smooth}
     measured = {}
     for order in orders:  # of master and slave (J IV)
@@ -89,14 +78,14 @@ def calibrate(
         )
         both = board_pose.well_posed(master, board), board_pose.well_posed(slave, board)
         measured[order] = both
-    if len(hits) and min(map(len, measured[smooth])) < FEWEST_POSES:  # most hits are lost
+    if len(hits) and min(map(len, measured[smooth])) < stages.FEWEST_POSES:  # most hits are lost
         master, slave = views(hits, board)
         measured = dict.fromkeys(orders, (master, slave))
     for role, moments in zip(records.ROLES, measured[smooth], strict=True):
-        if len(moments) < FEWEST_POSES:
+        if len(moments) < stages.FEWEST_POSES:
             raise Refusal(
                 f"{role}: {len(moments)} moments with both angles of four diodes;"
-                f" expected at least {FEWEST_POSES}"
+                f" expected at least {stages.FEWEST_POSES}"
             )
 
     def by_optics(name: str) -> Calibration:
@@ -150,8 +139,7 @@ def _best_variant(seen: Seen, by_batch: bool) -> tuple[Seen, list[variants.Varia
         except Refusal:  # where `batch` fails, its own estimate will say why
             joint = None
     if joint is None:
-        measured, middle = seen.measured[seen.smooth], _middle(scene.hits, len(scene.board))
-        ways = variants.best_variant(scene, measured, middle, seen.smooth)
+        ways = variants.best_variant(scene, seen.measured[seen.smooth], seen.middle, seen.smooth)
     best = next((way for way in ways if way.standing == "chosen"), None)
     seconds = time.perf_counter() - begun
     if best is not None and best.variant != scene.variant:
@@ -168,56 +156,47 @@ def _by_optics(
     report: Callable[[str], None],
 ) -> None:
     """The calibration with the estimates of all estimators for these optics."""
-    scene, name = seen.scene, seen.scene.optics
+    name = seen.scene.optics
     if seen.still:
-        calibration.still, middle = True, _middle(scene.hits, len(scene.board))
+        calibration.still = True
         if name != ESTIMATED:
-            _static(calibration, middle, scene)
+            _static(calibration, seen)
             calibration.paths["paper-lm", name] = seen.agreed.paths
         if BATCH in settings.estimators:
-            _with_batch(calibration, seen, report, middle)
+            _with_batch(calibration, seen, report)
             if name == "factory":
-                calibration.variants = [
-                    _by_batch(way, scene, middle) for way in calibration.variants
-                ]
+                calibration.variants = [_by_batch(way, seen) for way in calibration.variants]
         return
     for estimator in settings.estimators:
         if estimator == BATCH:
             _with_batch(calibration, seen, report)
-        elif name == ESTIMATED or (estimator in SIMPLEX and name not in settings.simplex_optics):
+        elif name == ESTIMATED or (
+            estimator in stages.SIMPLEX and name not in settings.simplex_optics
+        ):
             continue
-        elif estimator in PEERS and settings.lasers_m is not None:
+        elif estimator in stages.PEERS and settings.lasers_m is not None:
             why = "omitted, it does not model the positions of the lasers"
             calibration.why.append(f"{estimator}, {name}: {why}")
         else:
-            both_stages(calibration, estimator, seen, settings, report)
+            stages.both_stages(calibration, estimator, seen, settings, report)
 
 
-def _by_batch(
-    way: variants.VariantFit,
-    scene: Scene,
-    still: tuple[records.Measurements, records.Measurements],
-) -> variants.VariantFit:
+def _by_batch(way: variants.VariantFit, seen: Seen) -> variants.VariantFit:
     """A variant that is not excluded with its pose by `batch`, in which the depths of lasers
     imitate others; as it is where that finds none."""
     if way.standing == "worse":
         return way
     try:
-        pose, _ = solved(replace(scene, variant=way.variant), still)
+        pose, _ = solved(replace(seen.scene, variant=way.variant), seen.middle)
     except Refusal:
         return way
     return replace(way, R=pose.R, t_m=pose.t_m)
 
 
-def _with_batch(
-    calibration: Calibration,
-    seen: Seen,
-    report: Callable[[str], None],
-    still: tuple[records.Measurements, records.Measurements] | None = None,
-) -> None:
+def _with_batch(calibration: Calibration, seen: Seen, report: Callable[[str], None]) -> None:
     """The estimate by `batch`, or why there is none."""
     try:
-        pose, joint = solved(seen.scene, still, seen.joint)
+        pose, joint = solved(seen.scene, seen.middle if seen.still else None, seen.joint)
     except Refusal as refusal:
         report(str(refusal))
         calibration.why.append(str(refusal))
@@ -228,19 +207,9 @@ def _with_batch(
     calibration.estimates.append(pose)
 
 
-def _middle(hits: records.Hits, n_diodes: int) -> tuple[records.Measurements, records.Measurements]:
-    """Median angles of each diode, of master and slave."""
-    master, slave = (median_angles(hits, k, n_diodes) for k in (records.MASTER, records.SLAVE))
-    return master, slave
-
-
-def _static(
-    calibration: Calibration,
-    middle: tuple[records.Measurements, records.Measurements],
-    scene: Scene,
-) -> None:
+def _static(calibration: Calibration, seen: Seen) -> None:
     """Stage `static` from the median angles of each diode."""
-    still = scene.seen(middle)
+    scene, still = seen.scene, seen.scene.seen(seen.middle)
     pose = static_pose(list(still.measurements), scene.board, list(still.rotors))
     if pose is not None:
         calibration.estimates.append(
@@ -251,7 +220,7 @@ def _static(
                 R=pose.R,
                 t_m=pose.t_m,
                 frame=still.frame,
-                covariance=pose.covariance * MM_DEG,
+                covariance=pose.covariance * stages.MM_DEG,
                 residual_rms_urad=1e6 * pose.residual_rms_rad,
                 n_angles=pose.n_angles,
                 note="; ".join(pose.notes),
@@ -267,7 +236,7 @@ def chosen(estimates: Sequence[records.PoseEstimate]) -> int | None:
     the pose by the other, which batch misses by more than chance, and paper-lm less than half as
     far."""
     order = [(e, s) for e in (BATCH, "paper-lm") for s in ("static", "final", "kabsch")]
-    order += [(e, s) for e in ("paper", "paper-tight", *PEERS) for s in ("kabsch", "final")]
+    order += [(e, s) for e in ("paper", "paper-tight", *stages.PEERS) for s in ("kabsch", "final")]
     final = {(e.optics, e.estimator): e.halves for e in estimates if e.stage == "final"}
 
     def failed(e: records.PoseEstimate) -> bool:
@@ -277,7 +246,7 @@ def chosen(estimates: Sequence[records.PoseEstimate]) -> int | None:
         return max(other.mm / halves.mm, other.deg / halves.deg) < FAILED_RATIO
 
     ranked = [
-        (OPTICS[::-1].index(e.optics), failed(e), order.index((e.estimator, e.stage)), index)
+        (stages.OPTICS[::-1].index(e.optics), failed(e), order.index((e.estimator, e.stage)), index)
         for index, e in enumerate(estimates)
         if np.isfinite(e.t_m).all()
     ]

@@ -199,12 +199,12 @@ def start(scene: Scene, seen: Sequence[Minima | None] | None = None) -> Start:
         first, other = seen[known], seen[new]
         assert first is not None and other is not None
         agreed = agree(first, other, ORDER, roughly=True)
-        if agreed.R is None or agreed.t_m is None:
+        if agreed.pose is None:
             raise Refusal(f"{scene.title}: the stations never see the board at once")
-        R, t = poses[known]
-        poses[new] = R @ agreed.R, R @ agreed.t_m + t
+        (R, t), (turn, shift) = poses[known], agreed.pose
+        poses[new] = R @ turn, R @ shift + t
         master, slave = agreed.paths
-        both = [slave.seen_from(agreed.R, agreed.t_m)]
+        both = [slave.seen_from(turn, shift)]
         both = both if paths else [master, *both]
         paths += both if known == MASTER else [path.seen_from(R, t) for path in both]
     path = Path.joined(paths)

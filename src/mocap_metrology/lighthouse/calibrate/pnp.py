@@ -24,6 +24,7 @@ sight, so both are tried and the pose that fits the angles better is chosen.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable, Iterator
 from importlib.util import find_spec
 
 import numpy as np
@@ -41,7 +42,11 @@ CAMERA = np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]])  # station axes -> came
 ITERATIONS = 50  # at most
 CONVERGED = 1e-10  # largest step of a range over the range
 LEAST_PIVOT = 1e-30  # m^2: of equations that are all zero
-LARGEST_COST = 1.0  # rad^2: such a root is no pose
+LEAST_GAIN = 1e-12  # of the sum of squares
+LARGEST_DAMPING, RIDGE = 1e8, 1e-14  # of the diagonal, of its sum
+LARGEST_COST = 1.0  # rad^2: with more it is no pose
+
+Pose = tuple[np.ndarray, np.ndarray]
 
 
 def opencv_is_missing() -> str:
@@ -51,90 +56,68 @@ def opencv_is_missing() -> str:
     return "pnp needs OpenCV, which is not installed; to install it type: make peers"
 
 
-def angle_cost(R: np.ndarray, t: np.ndarray, directions: np.ndarray, board: np.ndarray) -> float:
-    """K_1 of J Eq. 4 with ideal optics: sum of squared angle errors in rad^2, NaN left out; inf
-    behind the station, where its laser never turns."""
-    p = board @ R.T + t
-    if (p[np.isfinite(directions).all(axis=1), 0] <= 0).any():
-        return float("inf")
-    predicted = np.arctan2(p[:, 1:], p[:, :1])
-    return float(np.nansum((predicted - directions) ** 2))
-
-
 def is_flat(board: np.ndarray) -> bool:
     """Whether all points (n, 3) lie in one plane."""
     spread = np.linalg.svd(board - board.mean(axis=0), compute_uv=False)
     return bool(spread[2] < FLAT * spread[0])
 
 
-def both_poses(
-    directions: np.ndarray, board: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The two poses IPPE finds for a flat board, that of lower cost first: mirror images at the
-    line of sight. Arguments as in `board_poses`; R (n, 2, 3, 3), t (n, 2, 3), cost (n, 2)."""
-    if not is_flat(board):
-        raise Refusal("ippe: the board is not flat; expected all diodes in one plane, or sqpnp")
-    return _solve_all(directions, board, "ippe", 2)
-
-
 def board_poses(
     directions: np.ndarray, board: np.ndarray, method: str = "auto"
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Pose of the board in the station's frame for each of n measurements.
+    """Pose of the board in the station's frame for each of n measurements, as `_best_poses`.
 
     directions (n, d, 2): ideal azimuth and elevation in rad, NaN where unseen; board (d, 3) in m.
-    method: `epnp`, `sqpnp` (boards with depth), `ippe` (flat boards; of its two poses the one of
-    lower cost), `auto` (ippe for a flat board, else epnp).
-
-    Returns R (n, 3, 3), t (n, 3) in m, and cost (n,), the sum of squared angle errors in rad^2; NaN
-    where fewer than four diodes are seen or none of the solutions lies before the station.
+    method: `epnp`, `sqpnp` (boards with depth), `ippe` (flat boards; it finds two poses, mirror
+    images at the line of sight), `auto` (ippe for a flat board, else epnp).
     """
     if method not in METHODS:
         raise Refusal(f"pnp: method is {method!r}; expected one of {', '.join(METHODS)}")
     flat = is_flat(board)
     chosen = ("ippe" if flat else "epnp") if method == "auto" else method
-    if chosen == "ippe":
-        R, t, cost = both_poses(directions, board)
-    elif flat and chosen == "epnp":
+    if chosen == "ippe" and not flat:
+        raise Refusal("ippe: the board is not flat; expected all diodes in one plane, or sqpnp")
+    if flat and chosen == "epnp":
         raise Refusal("epnp: the board is flat, where this method fails; expected ippe or auto")
-    else:
-        R, t, cost = _solve_all(directions, board, chosen, 1)
-    return R[:, 0], t[:, 0], cost[:, 0]
-
-
-def _solve_all(
-    directions: np.ndarray, board: np.ndarray, method: str, n_kept: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The `n_kept` solutions of lowest cost for every measurement."""
-    n = len(directions)
-    R, t = np.full((n, n_kept, 3, 3), np.nan), np.full((n, n_kept, 3), np.nan)
-    cost = np.full((n, n_kept), np.nan)
     # IPPE wants its plane as z = 0 and every method conditions best about the centroid.
     centre = board.mean(axis=0)
     axes = np.linalg.svd(board - centre)[2]
     axes[2] = np.cross(axes[0], axes[1])
-    local = (board - centre) @ axes.T
-    if method == "ippe":
-        local[:, 2] = 0.0
+
+    def poses_of(points: np.ndarray, angles: np.ndarray) -> Iterator[Pose]:
+        local = (points - centre) @ axes.T
+        if chosen == "ippe":
+            local[:, 2] = 0.0
+        for R, t in _solve(local, -np.tan(angles), chosen):
+            yield R @ axes, t - R @ axes @ centre
+
+    return _best_poses(directions, board, poses_of)
+
+
+def _best_poses(
+    directions: np.ndarray,
+    board: np.ndarray,
+    poses_of: Callable[[np.ndarray, np.ndarray], Iterable[Pose]],
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """R (n, 3, 3), t (n, 3) in m, and K_1 of J Eq. 4 with ideal optics (n,) in rad^2, of the least
+    K_1 among the poses found from the diodes seen and their angles; NaN where fewer than four are
+    seen, or none of the poses lies before the station, whose laser turns nowhere else."""
+    n = len(directions)
+    R, t, cost = np.full((n, 3, 3), np.nan), np.full((n, 3), np.nan), np.full(n, np.nan)
     for i, measured in enumerate(directions):
         seen = np.isfinite(measured).all(axis=1)
         if seen.sum() < FEWEST_DIODES:
             continue
-        angles = np.where(seen[:, None], measured, np.nan)
-        candidates = []
-        for R_local, t_local in _solve(local[seen], -np.tan(measured[seen]), method):
-            Ri = R_local @ axes
-            ti = t_local - Ri @ centre
-            candidates.append((angle_cost(Ri, ti, angles, board), Ri, ti))
-        candidates = sorted((f for f in candidates if np.isfinite(f[0])), key=lambda f: f[0])
-        for k, (c, Ri, ti) in enumerate(candidates[:n_kept]):
-            cost[i, k], R[i, k], t[i, k] = c, Ri, ti
+        for turn, shift in poses_of(board[seen], measured[seen]):
+            p = board[seen] @ turn.T + shift
+            off = np.arctan2(p[:, 1:], p[:, :1]) - measured[seen]
+            K_1 = float(np.sum(off**2)) if (p[:, 0] > 0).all() else np.inf
+            if K_1 < LARGEST_COST and not cost[i] <= K_1:
+                R[i], t[i], cost[i] = turn, shift, K_1
     return R, t, cost
 
 
-def _solve(
-    points: np.ndarray, image: np.ndarray, method: str
-) -> list[tuple[np.ndarray, np.ndarray]]:
+def _solve(points: np.ndarray, image: np.ndarray, method: str) -> list[Pose]:
     """Poses of points (k, 3) seen at image (k, 2) by the camera, in station axes."""
     if why := opencv_is_missing():
         raise ModuleNotFoundError(why)
@@ -161,27 +144,18 @@ def _solve(
 def geometric_poses(
     directions: np.ndarray, board: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Board poses as `board_poses` by root finding; NaN where fewer than four diodes are seen or no
-    root is found."""
-    n = len(directions)
-    R, t, cost = np.full((n, 3, 3), np.nan), np.full((n, 3), np.nan), np.full(n, np.nan)
-    squared = ((board[:, None] - board[None]) ** 2).sum(axis=-1)
-    for i, measured in enumerate(np.asarray(directions, dtype=np.float64)):
-        seen = np.isfinite(measured).all(axis=1)
-        if seen.sum() < FEWEST_DIODES:
-            continue
-        rays = np.column_stack([np.ones(seen.sum()), np.tan(measured[seen])])
+    """Board poses as `board_poses` by root finding; NaN also where no root is found."""
+
+    def poses_of(points: np.ndarray, angles: np.ndarray) -> Iterator[Pose]:
+        rays = np.column_stack([np.ones(len(angles)), np.tan(angles)])
         rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-        points, wanted = board[seen], np.ascontiguousarray(squared[np.ix_(seen, seen)])
+        squared = ((points[:, None] - points) ** 2).sum(axis=-1)
         for start in first_ranges(rays, points):
-            ranges = solve_ranges(rays, wanted, start)
-            if not (ranges > 0).all():
-                continue
-            Ri, ti = kabsch(points, ranges[:, None] * rays)
-            ci = angle_cost(Ri, ti, measured[seen], points)
-            if ci < LARGEST_COST and not ci >= cost[i]:
-                R[i], t[i], cost[i] = Ri, ti, ci
-    return R, t, cost
+            ranges = solve_ranges(rays, squared, start)
+            if (ranges > 0).all():
+                yield kabsch(points, ranges[:, None] * rays)
+
+    return _best_poses(directions, board, poses_of)
 
 
 def first_ranges(rays: np.ndarray, board: np.ndarray) -> list[np.ndarray]:
@@ -212,58 +186,27 @@ def solve_ranges(rays: np.ndarray, squared: np.ndarray, start: np.ndarray) -> np
     rays (k, 3) unit vectors, squared (k, k) the D_ij^2 in m^2, start (k,). Newton's step
     (J^T J + damping) dr = -J^T f, damping lowered as long as the sum of squares falls.
     """
-    k = rays.shape[0]
-    c = rays @ rays.T
-    r, damping = start.copy(), 1e-3
-    H, g = np.empty((k, k)), np.empty(k)
-    f = _normal_equations(r, c, squared, H, g)
-    H2, g2 = np.empty((k, k)), np.empty(k)
+    c, r, damping = rays @ rays.T, start, 1e-3
+    f = _misfit(r, c, squared)
     for _ in range(ITERATIONS):
-        step = _step(H, g, damping)
-        f2 = _normal_equations(r + step, c, squared, H2, g2)
-        small = np.abs(step).max() < CONVERGED * np.abs(r).max()
-        if f2 <= f:
-            small = small or f - f2 <= 1e-12 * f
-            r, f = r + step, f2
-            H, H2 = H2, H
-            g, g2 = g2, g
-            damping *= 0.1
+        J = 2 * (r[:, None] - r * c)  # of f_ij by r_i, every pair in both orders
+        H = J * J.T
+        H += np.diag((1 + damping) * np.sum(J**2, axis=1) + RIDGE * np.sum(J**2))
+        step = -np.sum(J * f, axis=1)
+        solve(H, step, LEAST_PIVOT, 0.0, LEAST_PIVOT)
+        then = _misfit(r + step, c, squared)
+        small, gain = np.abs(step).max() < CONVERGED * np.abs(r).max(), np.sum(f**2 - then**2)
+        if gain >= 0:
+            small = small or gain <= LEAST_GAIN * np.sum(f**2)
+            r, f, damping = r + step, then, 0.1 * damping
         else:
             damping = max(10.0 * damping, 1e-8)
-        if small or damping > 1e8:
+        if small or damping > LARGEST_DAMPING:
             break
     return r
 
 
 @njit
-def _normal_equations(
-    r: np.ndarray, c: np.ndarray, squared: np.ndarray, H: np.ndarray, g: np.ndarray
-) -> float:
-    """H = J^T J and g = J^T f of all pairs, written in place; returns the sum of squares, m^4."""
-    H[:], g[:] = 0.0, 0.0
-    total = 0.0
-    for i in range(r.size):
-        for j in range(i):
-            # |r_i d_i - r_j d_j|^2 without the loss of digits of r_i^2 + r_j^2 - ...
-            f = (r[i] - r[j]) ** 2 + 2.0 * r[i] * r[j] * (1.0 - c[i, j]) - squared[i, j]
-            a, b = 2.0 * (r[i] - r[j] * c[i, j]), 2.0 * (r[j] - r[i] * c[i, j])
-            H[i, i] += a * a
-            H[j, j] += b * b
-            H[i, j] += a * b
-            g[i] += a * f
-            g[j] += b * f
-            total += f * f
-    return total
-
-
-@njit
-def _step(H: np.ndarray, g: np.ndarray, damping: float) -> np.ndarray:
-    """-(H + damping diag H)^-1 g; only the lower half of H is read."""
-    damped, x = H.copy(), -g
-    trace = 0.0
-    for i in range(g.size):
-        trace += H[i, i]
-    for i in range(g.size):
-        damped[i, i] = H[i, i] * (1.0 + damping) + 1e-14 * trace
-    solve(damped, x, LEAST_PIVOT, 0.0, LEAST_PIVOT)
-    return x
+def _misfit(r: np.ndarray, c: np.ndarray, squared: np.ndarray) -> np.ndarray:
+    """(k, k) of all pairs, m^2: |r_i d_i - r_j d_j|^2 without the loss of digits of r_i^2 + ..."""
+    return np.square(r[:, None] - r) + 2 * np.outer(r, r) * (1 - c) - squared

@@ -89,12 +89,10 @@ class Scene:
         """Parameters of all rotors, (stations, 2, 13), as the optics has them: of known factory
         values by the variant that is asked for, of unknown planes those of real ones on average."""
         second, known = self.generation == 2, self.optics == "factory"
-        factories = [factory if known else None for factory in self.factories]
-        if second:
-            ideal = self.optics == "ideal"
-            factories = [
-                IDEAL_PLANES if ideal else factory or MEAN_PLANES for factory in self.factories
-            ]
+        planes = IDEAL_PLANES if self.optics == "ideal" else MEAN_PLANES
+        used = known or (second and self.optics == ESTIMATED)
+        unknown = planes if second else None
+        factories = [(factory if used else None) or unknown for factory in self.factories]
         lasers = [None] * len(factories) if self.lasers_m is None else self.lasers_m
         model = VARIANTS[self.variant if known else "libsurvive" if second else "crazyflie"]
         return np.array(

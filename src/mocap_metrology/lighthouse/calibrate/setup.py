@@ -16,40 +16,20 @@ certain of them.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
 
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.lighthouse.batch import parts
 from mocap_metrology.lighthouse.batch.estimate import Joint, estimate, expect_determined
-from mocap_metrology.lighthouse.batch.parts import (
-    halves,
-    members_of,
-    misfit_of,
-    pieces_of,
-    predicted,
-    pull_of_zeros,
-)
 from mocap_metrology.lighthouse.batch.recording import BatchInput
+from mocap_metrology.lighthouse.calibrate import batch, fits, variants
 from mocap_metrology.lighthouse.calibrate import network as networks
-from mocap_metrology.lighthouse.calibrate.batch import (
-    all_solved,
-    details_of,
-    joint,
-    pose_of,
-)
-from mocap_metrology.lighthouse.calibrate.fits import refitted
-from mocap_metrology.lighthouse.calibrate.pieces import (
-    Piece,
-    connected_pieces,
-    of_all_boards,
-    placed,
-    single_estimates,
-)
 from mocap_metrology.lighthouse.calibrate.scene import (
     NAME,
+    Pose,
     Scene,
     Sensors,
     faced,
@@ -58,17 +38,7 @@ from mocap_metrology.lighthouse.calibrate.scene import (
 )
 from mocap_metrology.lighthouse.calibrate.stages import Calibration, CalibrationSettings
 from mocap_metrology.lighthouse.calibrate.static import is_constant, is_still, median_angles
-from mocap_metrology.lighthouse.calibrate.variants import (
-    AUTO,
-    FALLBACK,
-    NAMES,
-    VariantFit,
-    all_one,
-    exchanged,
-    steps,
-    weighed_stations,
-    widened,
-)
+from mocap_metrology.lighthouse.calibrate.variants import AUTO, FALLBACK, NAMES, VariantFit
 from mocap_metrology.lighthouse.records import (
     COVARIANCE_UNITS,
     Halves,
@@ -90,19 +60,18 @@ def calibrate_stations(
     report: Callable[[str], None],
     sensors: Sensors | None,
 ) -> Calibration:
-    """Poses of all stations that are connected with the reference, the first of `stations`, or
-    with most others where the reference is alone. Of the second generation the optics are
-    `factory` where the values of all of these are known; else `estimated`, with the spread of real
-    stations as the prior of those that are not. Raises `Refusal` where no two are connected, or the
-    search does not converge.
+    """Poses of all stations of the second generation that are connected with the reference, the
+    first of `stations`, or with most others where the reference is alone. The optics are `factory`
+    where the values of all of these are known; else `estimated`, with the spread of real stations
+    as the prior of those that are not. Raises `Refusal` where no two are connected, or the search
+    does not converge.
     """
     names = [station.role for station in stations]
     factories = [station.factory for station in stations]
-    generation = stations[0].generation
     how = None, FALLBACK if settings.variant == AUTO else settings.variant, settings.priors
     optics = optics_for(settings.optics, factories)
-    every = Scene(hits, board, optics, factories, *how, generation=generation, names=names)
-    every = replace(every, sensors=sensors or Sensors())
+    known = sensors or Sensors()
+    every = Scene(hits, board, optics, factories, *how, sensors=known, generation=2, names=names)
     began = time.perf_counter()
     seen = networks.look(every)
     shared = networks.shared_moments(seen)
@@ -118,19 +87,18 @@ def calibrate_stations(
     views = [seen[k] for k in members]
     scene, why = faced(scene, (sightings(one.measurements, one.paths[0]) for one in views if one))
     still = None
-    if all(view is not None and is_still(view.paths[0]) for view in views) or (
-        generation == 2 and is_constant(scene.hits, len(board))
-    ):
+    at_rest = all(view is not None and is_still(view.paths[0]) for view in views)
+    if at_rest or is_constant(scene.hits, len(board)):
         still = [median_angles(scene.hits, k, len(board)) for k in range(len(members))]
     near = networks.start(scene, views) if still is None else None
-    begun = joint(scene, still, near)
+    begun = batch.joint(scene, still, near)
     scene, begun, ways = _best_stations(scene, begun, settings, near is not None)
-    poses, solution = all_solved(scene, still, begun)
+    poses, solution = batch.all_solved(scene, still, begun)
     seconds = time.perf_counter() - began
     report(f"{NAME}, {scene.optics}, {len(members)} stations: {seconds:.2f} s")
     open_ways = ways or [[] for _ in poses]
     return Calibration(
-        estimates=[widened(pose, way) for pose, way in zip(poses, open_ways, strict=True)],
+        estimates=[variants.widened(pose, way) for pose, way in zip(poses, open_ways, strict=True)],
         paths={(NAME, scene.optics): (poses[0].path,)} if poses[0].path is not None else {},
         still=still is not None,
         n_common=min(network.common[name] for name in network.connected),
@@ -138,7 +106,7 @@ def calibrate_stations(
         variants=ways[0] if ways else [],
         joints={scene.optics: (scene, solution)},
         network=replace(network, covariance=covariance_of_all(solution, open_ways)),
-        exchanged=exchanged(scene, solution, stations),
+        exchanged=variants.exchanged(scene, solution, stations),
     )
 
 
@@ -147,16 +115,16 @@ def _best_stations(
 ) -> tuple[Scene, tuple[Joint, str], list[list[VariantFit]]]:
     """The estimate by the variant of the rotor model that the recording prefers, and all of each
     station."""
-    auto = scene.optics == "factory" and settings.variant == AUTO and scene.generation == 2
-    if not auto or not moved or all_one(scene.factories):
+    auto = scene.optics == "factory" and settings.variant == AUTO
+    if not auto or not moved or variants.all_one(scene.factories):
         return scene, begun, []
     of = {name: replace(scene, variant=name) for name in OF_PLANES}
+
+    def estimate_of(name: str) -> tuple[Joint, str]:
+        return begun if name == scene.variant else (fits.refitted(of[name], begun[0]), begun[1])
+
     try:
-        ways = weighed_stations(of, dict.fromkeys(of, begun[0]))
-        best = next(way.variant for way in ways[0] if way.standing == "chosen")
-        if best != scene.variant:
-            begun = refitted(of[best], begun[0]), begun[1]
-            ways = weighed_stations(of, dict.fromkeys(of, begun[0]))
+        best, begun, ways = variants.preferred(of, scene.variant, estimate_of)
     except Refusal:  # the other variant fits no better than not at all
         return scene, begun, []
     return of[best], begun, ways
@@ -168,7 +136,7 @@ def covariance_of_all(solution: Joint, ways: Sequence[Sequence[VariantFit]]) -> 
     rows = np.concatenate([solution.pose(k) for k in range(1, n + 1)])
     units = np.tile(COVARIANCE_UNITS, n)
     covariance = solution.covariance[np.ix_(rows, rows)] * np.outer(units, units)
-    off = np.hstack([steps(way) for way in ways])
+    off = np.hstack([variants.steps(way) for way in ways])
     return covariance + off.T @ off / (len(off) + 1)
 
 
@@ -213,70 +181,52 @@ def by_setup(
             f"{len(used)} recordings of the setup can be used; expected at least {FEWEST}"
             + "".join(f"; {reason}" for reason in why)
         )
-    solution, scene, ways = _by_variant(scene, scenes, pieces)
+    solution, scene, ways = _by_variant(scene, pieces)
     with expect_determined(scene.title):
-        members = members_of(solution)
-        apart = predicted(solution, scene.used_priors, members)
+        members = parts.members_of(solution)
+        apart = parts.predicted(solution, scene.used_priors, members)
         if scene.generation == 1:
-            zeros = pull_of_zeros(solution, scene.used_priors, members)
+            zeros = parts.pull_of_zeros(solution, scene.used_priors, members)
             solution = replace(solution, begins=solution.begins + zeros)
         usable = {piece.title: piece.usable for piece in pieces}
-        solution, touched, left = _touched(solution, list(usable))
-        details = {**details_of(scene, solution, usable), "misfit_left": left}
+        solution, touched, left = parts.halves_of_all(solution)
+        details = {**batch.details_of(scene, solution, usable), "misfit_left": left}
         poses, by_station = [], {}
         for k, name in enumerate(scene.names[1:], start=1):
             pairs = zip(usable, apart[k - 1], strict=True)
             by_name = {title: pair for title, pair in pairs if pair is not None}
-            every = [*by_name.items(), *touched[k - 1].items()]
+            moved = zip(usable, touched[k - 1], strict=True)
+            every = [*by_name.items(), *((t, one) for t, one in moved if one and one.stepped)]
             where, worst = max(every, key=lambda pair: pair[1].m2, default=("", None))
             of = {} if worst is None or worst.recordings else {"halves_of": where}
-            pose = replace(pose_of(scene, solution, "final", details | of, k), halves=worst)
-            pose = widened(pose, ways[k - 1])
+            pose = replace(batch.pose_of(scene, solution, "final", details | of, k), halves=worst)
+            pose = variants.widened(pose, ways[k - 1])
             poses.append(replace(pose, seconds=time.perf_counter() - begun))
             by_station[name] = by_name
     network = network and replace(network, covariance=covariance_of_all(solution, ways))
     return Setup(poses, by_station, ways[0], why, network)
 
 
-def _touched(solution: Joint, names: Sequence[str]) -> tuple[Joint, list[dict[str, Halves]], float]:
-    """The estimate with the misfit by steps within its recordings; these of each station but the
-    first, by title, as where it was moved meanwhile; and the misfit that a step leaves."""
-    named = zip(names, solution.recordings, strict=True)
-    every = {k: pieces_of(solution, one) for k, one in named if not one.trajectory.still}
-    stepped, misfits = [dict[str, Halves]() for _ in solution.state.R[1:]], [solution.misfit]
-    left = solution.misfit
-    for k, title in product(range(len(stepped)), every):
-        pair, misfit, by_it = halves(solution, k + 1, every[title])
-        misfits, left = [*misfits, misfit], min(left, by_it)
-        if pair is not None and pair.stepped:
-            stepped[k][title] = pair
-    return replace(solution, misfit=max(misfits)), stepped, left
-
-
 def _by_variant(
-    scene: Scene, scenes: Mapping[str, Scene], pieces: Sequence[Piece]
+    scene: Scene, pieces: Sequence[Piece]
 ) -> tuple[Joint, Scene, list[list[VariantFit]]]:
     """All recordings together, by the variant of the rotor model that fits best; all as each
     station's pose has them."""
     every = NAMES if scene.generation == 1 else OF_PLANES
-    auto = scene.optics == "factory" and scene.variant == AUTO and not all_one(scene.factories)
-    names = every if auto else (NAMES[0] if scene.variant == AUTO else scene.variant,)
-    of = {name: replace(scene, variant=name) for name in names}
-    solutions: dict[str, Joint] = {}
-    ways: list[list[VariantFit]] = [[] for _ in scene.names[1:]]
-    best = names[0]
-    while best not in solutions:
-        solutions[best] = _joint_estimate(of[best], scenes, pieces)
-        if len(names) > 1:
-            ways = weighed_stations(of, dict.fromkeys(of, solutions[best]))
-            best = next(way.variant for way in ways[0] if way.standing == "chosen")
-    joined = solutions[best]
+    auto, fixed = scene.variant == AUTO, NAMES[0] if scene.variant == AUTO else scene.variant
+    of = {name: replace(scene, variant=name) for name in (*every, fixed)}
+    if auto and scene.optics == "factory" and not variants.all_one(scene.factories):
+        fixed, (joined, _), ways = variants.preferred(
+            of, fixed, lambda name: (_joint_estimate(of[name], pieces), "")
+        )
+    else:
+        joined, ways = _joint_estimate(of[fixed], pieces), [[] for _ in scene.names[1:]]
     if scene.generation == 2:
-        joined = replace(joined, misfit=misfit_of(joined))
-    return joined, of[best], ways
+        joined = replace(joined, misfit=parts.misfit_of(joined))
+    return joined, of[fixed], ways
 
 
-def _joint_estimate(scene: Scene, scenes: Mapping[str, Scene], pieces: Sequence[Piece]) -> Joint:
+def _joint_estimate(scene: Scene, pieces: Sequence[Piece]) -> Joint:
     """From the estimates of the single recordings, beginning at the most certain poses."""
     poses, frames = placed(pieces)
     inputs = []
@@ -298,3 +248,120 @@ def _joint_estimate(scene: Scene, scenes: Mapping[str, Scene], pieces: Sequence[
         how = scene.rotors, scene.board, scene.used_priors
         solution = estimate(inputs, R, t, *how, more=scene.more)
     return solution.sure(scene.title)
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A recording alone, or what it sees of stations that it does not connect with its others:
+    members (m,) among all stations, moments (n, n) that each two share; first: of its board's
+    diodes among those of all boards; usable: its hits as in `usable_hits`."""
+
+    recording: str
+    title: str
+    members: list[int]
+    shared: np.ndarray
+    joint: Joint
+    first: int
+    usable: int
+
+
+def of_all_boards(
+    scenes: Mapping[str, Scene], objects: Mapping[str, str]
+) -> tuple[Scene, list[int]]:
+    """A scene with the diodes of all boards, and the first of them that each recording sees."""
+    keys = [objects.get(name, one.board.tobytes()) for name, one in scenes.items()]
+    of = dict(zip(keys, scenes.values(), strict=True))
+    scene, every = next(iter(scenes.values())), list(of.values())
+    if len(of) == 1:
+        return scene, [0] * len(scenes)
+    ends = np.cumsum([len(one.board) for one in every]).tolist()
+    first = {key: end - len(one.board) for (key, one), end in zip(of.items(), ends, strict=True)}
+    normals = [one.sensors.normals for one in every]
+    known = any(one is not None for one in normals)
+    none = [np.zeros_like(one.board) for one in every]  # a diode without a normal has no cover
+    filled = [a if b is None else b for a, b in zip(none, normals, strict=True)]
+    scale = max(one.used_priors.board_scale for one in every)
+    scene = replace(
+        scene,
+        board=np.concatenate([one.board for one in every]),
+        priors=replace(scene.priors, board_scale=scale),
+        sensors=replace(scene.sensors, normals=np.concatenate(filled) if known else None),
+    )
+    return scene, [first[key] for key in keys]
+
+
+def single_estimates(
+    name: str, scene: Scene, still: Sequence[Measurements] | None, first: int, why: list[str]
+) -> Iterator[Piece]:
+    """Estimates of one recording, or why there is none."""
+    n = len(scene.names)
+    scene = replace(scene, variant=NAMES[0] if scene.variant == AUTO else scene.variant)
+    shared, together, seen = np.ones((n, n), int), [list(range(n))], None
+    if scene.generation == 2:
+        seen = networks.look(scene)
+        shared = networks.shared_moments(seen)
+        together = [island for island in networks.islands(shared) if len(island) > 1]
+        if not together:
+            why.append(
+                f"{name}: no two stations see four diodes at {networks.FEWEST_MOMENTS}"
+                " common moments"
+            )
+    for island in together:
+        of = scene.of(island) if seen else scene
+        stations = ", ".join(scene.names[k] for k in island)
+        title = name if len(together) == 1 else f"{name} (stations {stations})"
+        try:
+            middle = still and [still[k] for k in island]
+            near = networks.start(of, [seen[k] for k in island]) if seen and not middle else None
+            solution, note = batch.joint(of, middle, near)
+        except Refusal as refusal:
+            why.append(f"{title}: {refusal}")
+            continue
+        why += [f"{title}: {note}"] if note else []
+        usable = batch.usable_hits(of, solution)
+        yield Piece(name, title, island, shared, solution, first, usable)
+
+
+def connected_pieces(
+    scene: Scene, pieces: list[Piece], why: list[str]
+) -> tuple[Scene, list[Piece], networks.Network | None]:
+    """The stations that common views in all recordings connect with the reference (or, if none
+    does, most stations), and the recordings that see them."""
+    if scene.generation != 2 or not pieces:
+        return scene, pieces, None
+    names, n = scene.names, len(scene.names)
+    shared = np.zeros((n, n), int)
+    for piece in pieces:
+        both = np.ix_(piece.members, piece.members)
+        shared[both] += piece.shared[both]
+    members, network = networks.network_of(names, shared)
+    connected = []
+    for piece in pieces:
+        if piece.members[0] in members:
+            connected.append(replace(piece, members=[members.index(k) for k in piece.members]))
+        else:
+            why.append(f"{piece.title}: no station that is connected with {network.connected[0]}")
+    why += network.apart.values()
+    return scene.of(members), connected, network
+
+
+def placed(pieces: Sequence[Piece]) -> tuple[dict[int, Pose], list[Pose]]:
+    """Poses of the stations in the frame of the first, and of the frame of each piece in it."""
+
+    def variance(piece: Piece) -> float:
+        stations = range(1, len(piece.members))
+        return float(np.mean([np.trace(piece.joint.pose_covariance(k)[:3, :3]) for k in stations]))
+
+    left = sorted(range(len(pieces)), key=lambda k: variance(pieces[k]))
+    poses, frames = {0: networks.HERE}, dict[int, Pose]()
+    while left:
+        k = next(k for k in left if poses.keys() & set(pieces[k].members))
+        left.remove(k)
+        piece_poses = dict(zip(pieces[k].members, fits.poses_of(pieces[k].joint), strict=True))
+        anchor = next(member for member in piece_poses if member in poses)
+        (R_0, t_0), (R, t) = poses[anchor], piece_poses[anchor]
+        turn = R_0 @ R.T
+        frames[k] = turn, t_0 - turn @ t
+        for member, (R, t) in piece_poses.items():
+            poses.setdefault(member, (turn @ R, turn @ t + frames[k][1]))
+    return poses, [frames[k] for k in range(len(pieces))]

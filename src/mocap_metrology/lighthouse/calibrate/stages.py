@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from mocap_metrology.lighthouse.calibrate.agreement import agreed_paths
 from mocap_metrology.lighthouse.calibrate.network import Network
 from mocap_metrology.lighthouse.calibrate.scene import ESTIMATED, Scene
 from mocap_metrology.lighthouse.calibrate.scene import NAME as BATCH
-from mocap_metrology.lighthouse.calibrate.static import is_still
+from mocap_metrology.lighthouse.calibrate.static import is_still, median_angles
 from mocap_metrology.lighthouse.calibrate.superpose import at_times, superpose
 from mocap_metrology.lighthouse.calibrate.variants import AUTO, VariantFit
 from mocap_metrology.lighthouse.fit import board_pose
@@ -24,6 +25,8 @@ from mocap_metrology.lighthouse.fit.board_pose import MIRRORED_RAD, START_M, ang
 from mocap_metrology.lighthouse.fit.simplex import MATLAB, TIGHT
 from mocap_metrology.lighthouse.records import (
     COVARIANCE_UNITS,
+    MASTER,
+    SLAVE,
     Measurements,
     Path,
     PoseEstimate,
@@ -112,6 +115,12 @@ class Seen:
         self.agreed = agreed_paths(self.seen[smooth], scene.board, smooth, near)
         self.still = all(is_still(path) for path in self.agreed.paths)
 
+    @cached_property
+    def middle(self) -> tuple[Measurements, Measurements]:
+        """Median angles of each diode, of master and slave."""
+        hits, n = self.scene.hits, len(self.scene.board)
+        return median_angles(hits, MASTER, n), median_angles(hits, SLAVE, n)
+
 
 def _path(
     estimator: str,
@@ -187,9 +196,7 @@ def both_stages(
     if estimator == "paper-lm":
         moved = np.median(master_then.t_m - slave_then.t_m @ turned.T, axis=0)
         # On a straight path positions leave the turn about it open, the board's rotations do not.
-        starts = [(R, t), (turned, moved)]
-        if agreed.R is not None and agreed.t_m is not None:
-            starts.append((agreed.R, agreed.t_m))
+        starts = [(R, t), (turned, moved), *filter(None, [agreed.pose])]
         R, t, spread = weighted_station.last_step(starts, evidence, settings.lm_weights)
         parts = weighted_station.halves(R, t, evidence)
         calibration.estimates.append(replace(estimate("final", R, t, spread), halves=parts))

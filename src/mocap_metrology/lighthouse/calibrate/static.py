@@ -10,13 +10,13 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
+from scipy import ndimage
 from scipy.special import fdtrc, ndtri
 
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.lighthouse.board import FEWEST_DIODES
+from mocap_metrology.lighthouse.calibrate.weighted_station import board_equations
 from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt
-from mocap_metrology.lighthouse.fit.levenberg_marquardt import PoseProblem, normal_equations
-from mocap_metrology.lighthouse.fit.simplex import BOARD
 from mocap_metrology.lighthouse.records import ROLES, Hits, Measurements, Path
 from mocap_metrology.lighthouse.rotation import cross, log, mean
 from mocap_metrology.lighthouse.rotor import angles
@@ -109,17 +109,14 @@ def is_constant(hits: Hits, n_diodes: int) -> bool:
 
 def median_angles(hits: Hits, station: int, n_diodes: int) -> Measurements:
     """One measurement: the median of each diode's angle in each axis over the recording."""
-    middle = np.full((1, n_diodes, 2), np.nan)
-    of_station = hits.station == station
-    for axis in (0, 1):
-        for diode in range(n_diodes):
-            values = hits.angle_rad[of_station & (hits.axis == axis) & (hits.diode == diode)]
-            if values.size >= FEWEST_HITS:
-                middle[0, diode, axis] = np.median(values)
-    middle[~np.isfinite(middle).all(axis=2)] = np.nan
-    return Measurements(
-        np.array([np.mean(hits.time_s[of_station])]) if of_station.any() else np.zeros(1), middle
-    )
+    hits = hits.take(hits.station == station)
+    key, n = 2 * hits.diode.astype(np.int64) + hits.axis, 2 * n_diodes
+    count, middle = np.bincount(key, minlength=n), np.full(n, np.nan)
+    seen = np.flatnonzero(count >= FEWEST_HITS)
+    middle[seen] = ndimage.median(hits.angle_rad, key, seen) if seen.size else np.nan
+    angles = middle.reshape(1, n_diodes, 2)
+    angles[~np.isfinite(angles).all(axis=2)] = np.nan
+    return Measurements(np.array([np.mean(hits.time_s)]) if len(hits) else np.zeros(1), angles)
 
 
 def static_pose(
@@ -209,9 +206,5 @@ def _covariance(
     path: Path, measured: Measurements, board: np.ndarray, rotors: np.ndarray
 ) -> np.ndarray:
     """sigma^2 (J^T J)^-1 of a board pose, sigma^2 = K_1 / (angles - 6); m and rad."""
-    seen = measured.seen[0]
-    H, g = np.empty((6, 6)), np.empty(6)
-    problem = PoseProblem(BOARD, board[seen], measured.angles_rad[0, seen], rotors)
-    normal_equations(path.R[0], path.t_m[0], problem, H, g)
-    freedom = max(int(path.n_angles[0]) - 6, 1)
-    return path.epsilon[0] / freedom * np.linalg.inv(H)
+    (H,), *_ = board_equations(path.R, path.t_m, measured.angles_rad, board, rotors)
+    return path.epsilon[0] / max(int(path.n_angles[0]) - 6, 1) * np.linalg.inv(H)

@@ -29,7 +29,7 @@ all, and the priors are the full ones: `batch` would give each the more freedom,
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, islice
 
@@ -52,7 +52,7 @@ from mocap_metrology.lighthouse.calibrate.network import start
 from mocap_metrology.lighthouse.calibrate.reconstruction import Optics
 from mocap_metrology.lighthouse.calibrate.scene import Scene
 from mocap_metrology.lighthouse.calibrate.static import is_still, residuals_by_diode, static_pose
-from mocap_metrology.lighthouse.calibrate.superpose import BLOCKS
+from mocap_metrology.lighthouse.calibrate.superpose import BLOCKS, blocks_of
 from mocap_metrology.lighthouse.calibrate.weighted_station import (
     last_step,
     residuals,
@@ -123,12 +123,6 @@ class VariantFit:
         return values | pose
 
 
-def units_of(time_s: np.ndarray, start_s: float, end_s: float) -> np.ndarray:
-    """Stretch of the recording, 0 to `BLOCKS` - 1, of each time."""
-    share = (time_s - start_s) / max(end_s - start_s, 1e-9)
-    return np.clip((share * BLOCKS).astype(int), 0, BLOCKS - 1)
-
-
 def weigh(fits: Sequence[Fit]) -> list[VariantFit]:
     """The fits in their order, the best of them chosen; they are of the same parts."""
     limit = OUTLIER * min(float(np.median(fit.loss)) for fit in fits)
@@ -195,7 +189,7 @@ def best_variant(
         variant = replace(scene, variant=name)
         optics, board = variant.seen(measured), scene.board
         agreed = agreed_paths(optics, board, order, near)
-        near = agreed.R
+        near = agreed.pose and agreed.pose[0]
         if all(is_still(path) for path in agreed.paths):
             fit = _at_rest(name, variant.seen(middle), board)
         else:
@@ -211,9 +205,9 @@ def best_variant(
 def _moving(name: str, optics: Optics, agreed: Agreed, board: np.ndarray, order: int) -> Fit | None:
     """K_1 of the master's board poses and the weighted K_2 of the slave's angles, by stretches."""
     evidence = seen_on_path(agreed.paths, optics, board, order)
-    if agreed.R is None or agreed.t_m is None or len(evidence.path) < FEWEST_MOMENTS:
+    if agreed.pose is None or len(evidence.path) < FEWEST_MOMENTS:
         return None
-    R, t, _ = last_step([(agreed.R, agreed.t_m)], evidence)
+    R, t, _ = last_step([agreed.pose], evidence)
     left, master = residuals(R, t, evidence), agreed.paths[MASTER]
     time = np.concatenate([master.time_s, evidence.path.time_s])
     angles = np.concatenate([master.n_angles, left.count])
@@ -223,7 +217,7 @@ def _moving(name: str, optics: Optics, agreed: Agreed, board: np.ndarray, order:
     hit = min(float(master.epsilon.sum() / max(free.sum(), 1)), HIT_RAD**2)
     of_slave = np.full(len(left.count), hit + SWEEP_RAD**2)
     noise = np.r_[hit * free / np.maximum(master.n_angles, 1), of_slave]
-    return Fit(name, R, t, loss, angles, units_of(time, time.min(), time.max()), noise)
+    return Fit(name, R, t, loss, angles, blocks_of(time), noise)
 
 
 def _at_rest(name: str, optics: Optics, board: np.ndarray) -> Fit | None:
@@ -240,9 +234,7 @@ def best_joint(scene: Scene) -> tuple[list[VariantFit], tuple[Joint, str]]:
     """The ranking of all variants, and the joint estimate by the best of them with its note.
 
     The variant that is best a step after a first fit, which is by the fallback, is estimated in
-    full from there, and all are fitted; then that which is best now, if it is another. The noise is
-    that of the first fit, or of the full one by another variant.
-    Raises `Refusal` where an estimate does not converge.
+    full from there. Raises `Refusal` where an estimate does not converge.
     """
     of = {name: replace(scene, variant=name) for name in NAMES}
     with expect_determined(scene.title):
@@ -251,13 +243,23 @@ def best_joint(scene: Scene) -> tuple[list[VariantFit], tuple[Joint, str]]:
         others = {name: with_rotors(first, of[name].rotors, rounds=1) for name in NAMES[1:]}
     begun = {FALLBACK: first} | others
     best = min(NAMES, key=lambda name: float(_cost(begun[name]).sum()))
-    joints: dict[str, tuple[Joint, str]] = {}
-    while best not in joints:
-        joints[best] = joint(of[best], near=near, first=begun[best])
-        known = begun if best == FALLBACK else dict.fromkeys(of, joints[best][0])
-        weighed = weighed_stations(of, known)[0]
-        best = next(one.variant for one in weighed if one.standing == "chosen")
-    return weighed, joints[best]
+    _, solution, (ways, *_) = preferred(
+        of, best, lambda name: joint(of[name], near=near, first=begun[name])
+    )
+    return ways, solution
+
+
+def preferred(
+    of: Mapping[str, Scene], name: str, estimate_of: Callable[[str], tuple[Joint, str]]
+) -> tuple[str, tuple[Joint, str], list[list[VariantFit]]]:
+    """The variant that fits best from its own estimate, begun with `name`; that estimate with its
+    note; and all variants as the pose of each station but the first has them."""
+    solutions: dict[str, tuple[Joint, str]] = {}
+    while name not in solutions:
+        solutions[name] = estimate_of(name)
+        ways = weighed_stations(of, dict.fromkeys(of, solutions[name][0]))
+        name = next(way.variant for way in ways[0] if way.standing == "chosen")
+    return name, solutions[name], ways
 
 
 def weighed_stations(
@@ -295,7 +297,7 @@ def _fit(name: str, solution: Joint, station: int) -> Fit:
         count = np.diff(one.sweeps.first) if share is None else np.add.reduceat(share, first)
         angles.append(count)
         still = one.trajectory.still
-        within = np.zeros(time.size) if still else units_of(time, time.min(), time.max())
+        within = np.zeros(time.size) if still else blocks_of(time)
         unit.append(within + k * BLOCKS)
         hit.append(np.full(count.size, one.noise.hit))
     n, noise = np.concatenate(angles), np.concatenate(hit)

@@ -43,7 +43,7 @@ from mocap_metrology.lighthouse.fit.simplex import (
     seen_at,
 )
 from mocap_metrology.lighthouse.records import MASTER, SLAVE, Halves, Measurements, Path
-from mocap_metrology.lighthouse.rotor import angle_gradient, angles, turned
+from mocap_metrology.lighthouse.rotor import angles
 
 STEPS, ROUNDS = 20, 5  # of one descent; of descents, each with its own outliers
 LARGEST_DAMPING = 1e10  # of the diagonal; beyond, the descent ends
@@ -100,74 +100,25 @@ def evidence(
 ) -> Evidence:
     """Evidence of a path at the times of `measured`; its information is that of the nearest of the
     master's measurements. rotors: of master and slave."""
-    seen = master.seen[nearest(path.time_s, master.time_s)]
+    seen = master.angles_rad[nearest(path.time_s, master.time_s)]
     board = np.ascontiguousarray(board)
-    known = _information(path.R, path.t_m, seen, board, rotors[MASTER])
+    known, *_ = board_equations(path.R, path.t_m, seen, board, rotors[MASTER])
     return Evidence(path, measured.angles_rad, known, board, rotors[SLAVE])
 
 
 @njit
-def _information(
-    R: np.ndarray, t: np.ndarray, seen: np.ndarray, board: np.ndarray, rotors: np.ndarray
-) -> np.ndarray:
+def board_equations(
+    R: np.ndarray, t: np.ndarray, measured: np.ndarray, board: np.ndarray, rotors: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """For each of n board poses in a station's frame, by its shift and left rotation vector: J^T J
+    (n, 6, 6), J^T e (n, 6) and e^T e (n,) of the angles measured (n, diodes, 2), NaN unseen."""
     n = R.shape[0]
-    out, g = np.empty((n, 6, 6)), np.empty(6)
-    nothing = np.zeros((board.shape[0], 2))
+    H, g, square = np.empty((n, 6, 6)), np.empty((n, 6)), np.empty(n)
     for i in range(n):
-        points = board[seen[i]]
-        normal_equations(R[i], t[i], PoseProblem(BOARD, points, nothing, rotors), out[i], g)
-    return out
-
-
-@njit
-def _blocks(
-    R: np.ndarray,
-    t: np.ndarray,
-    board_R: np.ndarray,
-    board_t: np.ndarray,
-    board: np.ndarray,
-    measured: np.ndarray,
-    rotors: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """For each measurement: J^T J (n, 12, 12) and J^T e (n, 12) by the slave's pose, then the
-    board's (shift, left rotation vector); e^T e (n,); angles (n,)."""
-    n, d = measured.shape[0], board.shape[0]
-    H, g, square = np.zeros((n, 12, 12)), np.zeros((n, 12)), np.zeros(n)
-    count = np.zeros(n)
-    row, far, none = np.empty(12), np.empty(3), np.empty(0)
-    for i in range(n):
-        for j in range(d):
-            if not (np.isfinite(measured[i, j, 0]) and np.isfinite(measured[i, j, 1])):
-                continue
-            arm = turned(board_R[i], board[j, 0], board[j, 1], board[j, 2])
-            for k in range(3):
-                far[k] = arm[k] + board_t[i, k] - t[k]
-            x, y, z = turned(R.T, far[0], far[1], far[2])
-            for axis in range(2):
-                theta, dx, dy, dz = angle_gradient(axis, x, y, z, rotors[axis], none)
-                e = theta - measured[i, j, axis]
-                D = turned(R, dx, dy, dz)
-                for k in range(3):
-                    p, q = (k + 1) % 3, (k + 2) % 3
-                    row[6 + k] = D[k]
-                    row[3 + k] = -(far[p] * D[q] - far[q] * D[p])
-                    row[9 + k] = arm[p] * D[q] - arm[q] * D[p]
-                square[i] += e * e
-                count[i] += 1.0
-                for k in range(3, 12):
-                    g[i, k] += row[k] * e
-                    for m in range(3, k + 1):
-                        H[i, k, m] += row[k] * row[m]
-        for k in range(3, 12):
-            for m in range(3, k):
-                H[i, m, k] = H[i, k, m]
-        for k in range(3):  # the slave's shift does the opposite of the board's
-            g[i, k] = -g[i, 6 + k]
-            for m in range(3, 12):
-                H[i, k, m] = H[i, m, k] = -H[i, 6 + k, m]
-            for m in range(3):
-                H[i, k, m] = H[i, 6 + k, 6 + m]
-    return H, g, square, count
+        seen = np.isfinite(measured[i, :, 0]) & np.isfinite(measured[i, :, 1])
+        problem = PoseProblem(BOARD, board[seen], measured[i][seen], rotors)
+        square[i] = normal_equations(R[i], t[i], problem, H[i], g[i])
+    return H, g, square
 
 
 @dataclass(frozen=True)
@@ -205,20 +156,30 @@ class Residuals:
         return float(np.sum(np.minimum(self.cost, limit) * self.count))
 
 
-def residuals(R: np.ndarray, t: np.ndarray, data: Evidence) -> Residuals:
-    """Residuals of a slave's pose R, t (m), without what the path's uncertainty explains."""
-    seen = data.path.R, data.path.t_m, data.board, data.angles, data.rotors
-    H, g, square, count = _blocks(np.ascontiguousarray(R), t, *seen)
+def residuals(R: np.ndarray, t: np.ndarray, data: Evidence, exact: bool = False) -> Residuals:
+    """Residuals of a slave's pose R, t (m), without what the path's uncertainty explains; exact:
+    as if there were none, as J has it.
+
+    The slave's shift does the opposite of the board's, and its turn that of the board's turn about
+    the slave: with b from the slave to the board J = -J_P T^T, T = [1 0; [b] 1]. With H = J_P^T J_P
+    and A = H_n + H, what is left of H and of J_P^T e is H_n A^-1 H and H_n A^-1 J_P^T e.
+    """
+    arm, count = data.path.t_m - t, 2 * data.seen.sum(axis=1)
+    of_board = np.ascontiguousarray(R.T @ data.path.R), arm @ R
+    H, g, square = board_equations(*of_board, data.angles, data.board, data.rotors)
+    axes = np.kron(np.eye(2), R)  # from those of the slave to those of the master
+    H, g = axes @ H @ axes.T, g @ axes.T
     # The ridge is far below the information of a diode; it only makes a lost board pose soluble.
-    A = data.information + H[:, 6:, 6:] + RIDGE * np.eye(6)
-    right = np.concatenate([H[:, 6:, :6], g[:, 6:, None]], axis=2)
-    solved = np.linalg.solve(A, right)
-    cross = H[:, :6, 6:]
-    H_L = H[:, :6, :6] - cross @ solved[:, :, :6]
-    g_L = g[:, :6] - (cross @ solved[:, :, 6:])[:, :, 0]
-    cost = (square - np.einsum("ni,ni->n", g[:, 6:], solved[:, :, 6])) / np.maximum(count, 1)
+    known = data.information + RIDGE * np.eye(6)
+    left, T = np.concatenate([H, g[..., None]], axis=2), np.tile(np.eye(6), (len(H), 1, 1))
+    if not exact:
+        solved = np.linalg.solve(known + H, left)
+        left, square = known @ solved, square - np.einsum("ni,ni->n", g, solved[..., 6])
+    T[:, 3:, :3] = rotation.cross(arm)
+    H_L, g_L = T @ left[..., :6] @ np.swapaxes(T, 1, 2), -(T @ left[..., 6:])[..., 0]
+    cost = square / np.maximum(count, 1)
     cost = np.where(np.isfinite(cost), cost, np.inf)
-    return Residuals(cost, count, H_L, g_L, H[:, 6:, 6:], data.information)
+    return Residuals(cost, count, H_L, g_L, H, data.information)
 
 
 def _descend(
@@ -258,21 +219,19 @@ def by_gauss_newton(
         if at.limit() >= limit / 2:
             break
     near = (at.count > 0) & (at.cost <= at.limit())
-    block = blocks_of(data.path.time_s[near])
-    H, g = at.H[near], at.g[near]
-    parts = [(H[block == b].sum(axis=0), g[block == b].sum(axis=0)) for b in np.unique(block)]
-    return R, t, jackknife_of_steps(parts)
+    return R, t, jackknife_of_steps(data.path.time_s[near], at.H[near], at.g[near])
 
 
-def jackknife_of_steps(parts: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray | None:
+def jackknife_of_steps(time_s: np.ndarray, H: np.ndarray, g: np.ndarray) -> np.ndarray | None:
     """Covariance (6, 6) of t and the left rotation vector in m and rad, by a jackknife over blocks
     of time: each estimate without one is a single Gauss-Newton step from the minimum,
-    -(H - H_b)^-1 (g - g_b). parts: H_b, g_b. None with fewer than three."""
-    if len(parts) < 3:
+    -(H - H_b)^-1 (g - g_b). H (n, 6, 6), g (n, 6) at times (n,). None with fewer than three."""
+    block = blocks_of(time_s)
+    others = [block != b for b in np.unique(block)]
+    if len(others) < 3:
         return None
-    H, g = (np.sum(sums, axis=0) for sums in zip(*parts, strict=True))
-    steps = np.array([damped_step(H - H_b, g - g_b, 0.0) for H_b, g_b in parts])
-    return jackknife(steps) if np.isfinite(steps).all() else None
+    steps = [damped_step(H[rest].sum(axis=0), g[rest].sum(axis=0), 0.0) for rest in others]
+    return jackknife(np.array(steps)) if np.isfinite(steps).all() else None
 
 
 def halves(R: np.ndarray, t: np.ndarray, data: Evidence) -> Halves | None:
@@ -314,13 +273,8 @@ def by_levenberg_marquardt(
 def covariance(R: np.ndarray, t: np.ndarray, data: Evidence) -> np.ndarray | None:
     """`jackknife_of_steps` of K_2, which assumes the board's path to be exact, so that the inverse
     of its second derivative would promise too much."""
-    plain, parts = data.plain, []
-    block = blocks_of(data.path.time_s[np.nonzero(data.seen)[0]])
-    for rows in (block == b for b in np.unique(block)):
-        seen = plain._replace(points=plain.points[rows], measured=plain.measured[rows])
-        parts.append((np.empty((6, 6)), np.empty(6)))
-        normal_equations(np.ascontiguousarray(R), t, seen, *parts[-1])
-    return jackknife_of_steps(parts)
+    plain = residuals(R, t, data, exact=True)
+    return jackknife_of_steps(data.path.time_s, plain.H, plain.g)
 
 
 def residual_rms(R: np.ndarray, t: np.ndarray, data: Evidence) -> float:

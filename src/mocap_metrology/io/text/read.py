@@ -17,7 +17,7 @@ from mocap_metrology.io.recording import (
     SegmentReader,
     exclude_sentinels,
 )
-from mocap_metrology.io.resolution import SAMPLE, text_resolution
+from mocap_metrology.io.resolution import SAMPLE, decimals, text_resolution
 from mocap_metrology.io.text.layout import NULLS, Layout, cells_of
 from mocap_metrology.io.text.rows import Floats, Rows, line_of, read_rows
 
@@ -165,7 +165,9 @@ def _by_time(
             f"{layout.name}: its times do not increase: {time[0]:.10g} s in line "
             f"{line_of(layout, 0)}, {time[-1]:.10g} s in line {line_of(layout, rows.n - 1)}"
         )
-    rounding = layout.second * 10.0 ** -_time_decimals(layout, rows)
+    table, c = [cells_of(line, layout.delimiter) for line in rows.head[:1000]], layout.time_column
+    written = max((decimals(row[c]) for row in table if c is not None and c < len(row)), default=0)
+    rounding = layout.second * 10.0**-written
     intervals = np.diff(time) * rate
     if rows.frame is None and rate * rounding < 0.25:
         steps = np.maximum(np.round(intervals), 1).astype(np.int64)
@@ -188,15 +190,6 @@ def _by_time(
     if abs(mean / rate - 1) > RATE_TOLERANCE + rounding / duration:
         raise _rates_differ(layout, rate, mean)
     return steps
-
-
-def _time_decimals(layout: Layout, rows: Rows) -> int:
-    """Most decimals of a time as written, in the first rows."""
-    table = [cells_of(line, layout.delimiter) for line in rows.head[:1000]]
-    cells = [
-        row[c] for row in table for c in [layout.time_column] if c is not None and c < len(row)
-    ]
-    return max((len(cell.replace(",", ".").partition(".")[2]) for cell in cells), default=0)
 
 
 def _rates_differ(layout: Layout, rate: float, mean: float) -> Refusal:

@@ -24,7 +24,6 @@ from mocap_metrology.io.text.layout import (
     Line,
     RotationColumns,
     Triple,
-    check_text,
     declared,
     lines,
     named,
@@ -61,7 +60,6 @@ AXES_NOTE = "axes as in the file; by default, Y points up in Motive"
 
 def layout(path: Path) -> Layout:
     """Read the header of a Motive CSV file; refuses what is none or contradicts itself."""
-    check_text(path, WHAT)
     delimiter = _delimiter(path)
     fields, rows, first = _header(path, delimiter)
     written = fields.get("Length Units", "")

@@ -25,12 +25,11 @@ from mocap_metrology.io.labels import find_points
 from mocap_metrology.io.recording import read_take
 from mocap_metrology.io.text import table
 from mocap_metrology.io.text.columns import BODY_LABEL
-from mocap_metrology.io.text.layout import Layout, RotationColumns, check_text, lines, rate
+from mocap_metrology.io.text.layout import Layout, RotationColumns, lines, rate
 from mocap_metrology.io.text.read import readers
 from mocap_metrology.io.text.rows import Floats
 from mocap_metrology.io.units import METRE, LengthUnit
 
-WHAT = "a text of poses (12 numbers a line) or a table with a name over each column"
 POSITION = (3, 7, 11)
 MATRIX = (0, 1, 2, 4, 5, 6, 8, 9, 10)
 BODIES = re.compile(r"bodies:\s*([^:#]*?)(?=\s*(?:$|#|\w+:))")
@@ -43,7 +42,6 @@ PARTS = 4  # series of three numbers: the position, and up to nine numbers of a 
 def layout(path: Path) -> Layout:
     """Read the first lines of a text of poses; the position of a matrix is that of one marker,
     `tracker`. Columns with names are a table."""
-    check_text(path, WHAT)
     head = []
     for line in itertools.islice(lines(path), 20):
         if line.text.startswith("#"):

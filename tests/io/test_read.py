@@ -29,8 +29,7 @@ def layout(path: Path) -> Layout:
         frame_rate_hz=rate(told),
         unit=MILLIMETRE,
         delimiter=" ",
-        data_line=second.number,
-        data_offset=second.start,
+        first=second,
         n_columns=1 + 3 * len(labels),
         frame_column=0,
     )

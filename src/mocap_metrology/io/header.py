@@ -93,6 +93,8 @@ def regular_size(path: Path, expected: str) -> int:
         status = path.stat()
     except FileNotFoundError:
         raise Refusal(f"{path.name}: no such file: {path}") from None
+    except OSError as error:
+        raise Refusal(f"{path.name}: cannot be read: {error.strerror or error}") from error
     except ValueError as error:  # a NUL in the name
         raise Refusal(f"{path.name}: not a file name: {error}") from None
     if stat.S_ISDIR(status.st_mode):

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -25,14 +25,11 @@ from mocap_metrology.io.recording import (
     Choice,
     Contents,
     Counts,
-    Recording,
+    Header,
     SegmentReader,
-    assemble,
-    choose,
-    plan_as_given,
 )
 from mocap_metrology.io.resolution import float_resolution
-from mocap_metrology.io.units import MILLIMETRE, LengthUnit, Unit
+from mocap_metrology.io.units import MILLIMETRE
 
 WHAT = "an N3D file"
 HEADER_BYTES = 256
@@ -41,27 +38,11 @@ MISSING_BELOW = -3e28
 REASONS = ("missing", "zero", "not_finite")
 
 
-@dataclass(frozen=True)
-class N3d:
+@dataclass(frozen=True, kw_only=True)
+class N3d(Header):
     """The header of a file; `n_frames` of those that it declares are there."""
 
-    path: Path
-    n_points: int
     n_frames: int
-    frame_rate_hz: float
-    unit: LengthUnit = MILLIMETRE
-    notes: tuple[str, ...] = ()
-    bodies: frozenset[int] = frozenset()
-
-    @property
-    def name(self) -> str:
-        """Name of the file without its folder."""
-        return self.path.name
-
-    @property
-    def labels(self) -> tuple[str, ...]:
-        """Marker_1 ..., as the exports of the same software name them."""
-        return tuple(f"Marker_{k}" for k in range(1, self.n_points + 1))
 
 
 def header(path: Path, accept_truncated: bool = False) -> N3d:
@@ -91,30 +72,24 @@ def header(path: Path, accept_truncated: bool = False) -> N3d:
         if not accept_truncated or there == 0:
             raise Truncated(f"{path.name}: {why}")
         notes = (f"{why}; used as it is",)
-    return N3d(path, n_points, there, float(rate_hz), notes=notes)
+    return N3d(
+        path=path,
+        labels=tuple(f"Marker_{k}" for k in range(1, n_points + 1)),
+        unit=MILLIMETRE,
+        frame_rate_hz=float(rate_hz),
+        encoding="N3D",
+        notes=notes,
+        n_frames=there,
+    )
 
 
-def read_n3d(
-    paths: Sequence[Path],
-    markers: Sequence[str],
-    frame_rate_hz: float | None = None,
-    _second_opinion: bool = False,
-    accept_truncated: bool = False,
-    unit: Unit | None = None,
-) -> Recording:
-    """Positions of `markers` in one file or in the segments of one take, which are joined as given.
-
-    Arguments as of `io.read.read_recording`. `n_invalid` by `missing`, `zero`, `not_finite`.
-    """
-    headers = [header(path, accept_truncated) for path in paths]
-    files = [replace(file, unit=file.unit.stated(unit, file.name)) for file in headers]
-    choice = choose(files, markers, frame_rate_hz)
-    readers = [
+def readers(files: Sequence[N3d], choice: Choice) -> list[SegmentReader]:
+    """How each file is read; `n_invalid` by `missing`, `zero`, `not_finite`."""
+    return [
         SegmentReader(
-            path=file.path,
-            unit=file.unit,
-            encoding="N3D",
+            file=file,
             first_frame=1,
+            number=1,
             n_frames=file.n_frames,
             n_measured=file.n_frames,
             frame_count_source="header",
@@ -123,14 +98,12 @@ def read_n3d(
         )
         for file in files
     ]
-    return assemble(readers, plan_as_given([1] * len(files)), choice, files[0].name)
 
 
 def _read_segment(file: N3d, choice: Choice, out: Array) -> Contents:
     """Read one file into `out`; what is not measured becomes NaN and is counted."""
-    shape = (file.n_frames, file.n_points, 3)
+    shape = (file.n_frames, len(file.labels), 3)
     stored = np.memmap(file.path, "<f4", "r", HEADER_BYTES, shape)
-    notes = [f"{file.name}: {text}" for text in (*file.notes, file.unit.remark) if text]
     counts: list[Counts] = []
     for target, point in zip(out, choice.points, strict=True):
         target[:] = stored[:, point].T
@@ -141,4 +114,4 @@ def _read_segment(file: N3d, choice: Choice, out: Array) -> Contents:
         counts.append(dict(zip(REASONS, sums, strict=True)))
         target[:, missing | zero | infinite] = np.nan
         target *= file.unit.mm
-    return Contents(counts, float_resolution(out, file.unit.mm), "not asked (N3D)", notes)
+    return Contents(counts, float_resolution(out, file.unit.mm), "not asked (N3D)", [])

@@ -6,8 +6,8 @@ To add a text format, write a module in `text` with a function `layout(path)`, w
 header into a `Layout` and refuses what is none, and add its suffix to `FORMATS` as
 `text_format(layout)`; where the suffix is taken, let `_layout` choose.
 Frame numbers, times, gaps, zeros, decimals and segments are then treated as for all others. Another
-binary format needs its own `Format`: a header as `recording.Header` describes it, and a reader that
-gives `recording.assemble` a `SegmentReader` for each file, as `c3d.read` does.
+binary format needs its own `Format`: a function that reads the `recording.Header` of a file, and
+one that makes a `SegmentReader` of each, as `n3d` has them.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -26,8 +26,8 @@ import numpy.typing as npt
 from mocap_metrology.common.errors import Refusal, Unseen
 from mocap_metrology.common.paths import is_file
 from mocap_metrology.io import n3d
-from mocap_metrology.io.c3d.computed import computed_points
-from mocap_metrology.io.c3d.read import read_c3d
+from mocap_metrology.io.c3d.read import computed_points
+from mocap_metrology.io.c3d.read import readers as c3d_readers
 from mocap_metrology.io.c3d.structure import Structure, inspect
 from mocap_metrology.io.labels import (
     computed_labels,
@@ -37,10 +37,10 @@ from mocap_metrology.io.labels import (
     numbered,
     pair_of,
 )
-from mocap_metrology.io.recording import Header, Recording
+from mocap_metrology.io.recording import Choice, Header, Recording, SegmentReader, read_take
 from mocap_metrology.io.text import first_principles, motive, nexus, poses, qualisys, table, trc
 from mocap_metrology.io.text.layout import Layout, check_text, lines
-from mocap_metrology.io.text.read import read_text
+from mocap_metrology.io.text.read import readers as text_readers
 from mocap_metrology.io.units import Unit
 
 Orientations = npt.NDArray[np.float64]
@@ -53,36 +53,25 @@ HEAD = 20  # lines that show what a text is
 
 @dataclass(frozen=True)
 class Format:
-    """How files are read: the header of one (path, accept_truncated), the positions of a take
-    (arguments of `read_recording`), orientations where there are such (of `orientation_of`)."""
+    """How files are read: the header of one (path, accept_truncated); readers of the files of a
+    take; orientations where there are such (headers, marker, frame_rate_hz, accept_truncated)."""
 
     header: Callable[[Path, bool], Header]
-    read: Callable[
-        [Sequence[Path], Sequence[str], float | None, bool, bool, Unit | None], Recording
-    ]
-    orientation: Callable[[Sequence[Path], str, float | None, bool], Orientations] | None = None
+    readers: Callable[[Sequence[Any], Choice], list[SegmentReader]]
+    orientation: Callable[[Sequence[Any], str, float | None, bool], Orientations] | None = None
+
+    def headers(self, files: Sequence[Path], accept_truncated: bool) -> list[Header]:
+        """Headers of files of this format."""
+        every = []
+        for path in files:
+            with _readable(path):
+                every.append(self.header(path, accept_truncated))
+        return every
 
 
 def text_format(layout: Callable[[Path], Layout]) -> Format:
-    """The format of text files whose headers `layout` reads; nobody is asked for a second opinion
-    on them."""
-
-    def header(path: Path, _accept_truncated: bool) -> Layout:
-        with _readable(path):
-            return layout(path)
-
-    def read(
-        paths: Sequence[Path],
-        markers: Sequence[str],
-        frame_rate_hz: float | None,
-        _second_opinion: bool,
-        accept_truncated: bool,
-        unit: Unit | None,
-    ) -> Recording:
-        with _readable(paths[0]):
-            return read_text(layout, paths, markers, frame_rate_hz, accept_truncated, unit)
-
-    return Format(header, read, partial(poses.read_orientation, layout))
+    """The format of text files whose headers `layout` reads."""
+    return Format(lambda path, _: layout(path), text_readers, poses.read_orientation)
 
 
 @contextmanager
@@ -114,7 +103,7 @@ def _layout(path: Path) -> Layout:
     return poses.layout(path) if path.suffix.lower() == ".txt" else table.layout(path)
 
 
-C3D = Format(inspect, read_c3d)
+C3D = Format(inspect, c3d_readers)
 FORMATS = {
     ".trc": text_format(trc.layout),
     ".csv": text_format(_layout),
@@ -122,7 +111,7 @@ FORMATS = {
     ".txt": text_format(_layout),
     ".tum": text_format(table.layout),
     ".xls": text_format(first_principles.layout),
-    ".n3d": Format(n3d.header, n3d.read_n3d),
+    ".n3d": Format(n3d.header, n3d.readers),
 }
 
 TABLES = (".csv", ".tsv", ".txt", ".tum")
@@ -160,23 +149,28 @@ def read_recording(
     Refuses what cannot be read with certainty; the message starts with the file's name.
     """
     files = [Path(path) for path in paths]
+    if not files:
+        raise Refusal("no C3D file is given")
     suffixes = list(dict.fromkeys(path.suffix.lower() for path in files))
     formats = {format_of(path) for path in files}
     if len(formats) > 1 and not columns:
         endings = ", ".join(suffixes)
         raise Refusal(f"{files[0].name}: segments of one take differ in format: {endings}")
-    read = format_of(files[0], columns).read if files else C3D.read
-    how = frame_rate_hz, second_opinion, accept_truncated, unit
-    if files and not markers:
-        markers, only_seen = numbered(labels_of(files[0], accept_truncated, columns)), True
-    try:
-        return read(files, markers, *how)
-    except Unseen as unseen:
-        seen = [label for label in markers if label not in unseen.labels]
-        if not (only_seen and seen):
-            raise
-        note = f"{files[0].name}: seen in no frame, and left out: {in_words(unseen.labels)}"
-    recording = read(files, seen, *how)
+    of_file = format_of(files[0], columns)
+    headers = of_file.headers(files, accept_truncated)
+    if not markers:
+        markers, only_seen = numbered(_markers(headers[0])), True
+
+    how = frame_rate_hz, unit, second_opinion, accept_truncated
+    with _readable(files[0]):
+        try:
+            return read_take(headers, of_file.readers, markers, *how)
+        except Unseen as unseen:
+            seen = [label for label in markers if label not in unseen.labels]
+            if not (only_seen and seen):
+                raise
+            note = f"{files[0].name}: seen in no frame, and left out: {in_words(unseen.labels)}"
+        recording = read_take(headers, of_file.readers, seen, *how)
     return replace(recording, notes=(*recording.notes, note))
 
 
@@ -184,7 +178,10 @@ def labels_of(
     path: str | Path, accept_truncated: bool = False, columns: str | None = None
 ) -> tuple[str, ...]:
     """Labels of a file, in its order; of solved bodies only where there is no marker."""
-    header = _header(path, accept_truncated, columns)
+    return _markers(_header(path, accept_truncated, columns))
+
+
+def _markers(header: Header) -> tuple[str, ...]:
     markers = tuple(one for k, one in enumerate(header.labels) if k not in header.bodies)
     return markers or header.labels
 
@@ -234,10 +231,12 @@ def orientation_of(
 ) -> Orientations:
     """Unit quaternions x, y, z, w (4, n) of one body, in the frames of `read_recording`."""
     files = [Path(path) for path in paths]
-    read = format_of(files[0], columns).orientation
-    if read is None:
+    of_file = format_of(files[0], columns)
+    if of_file.orientation is None:
         raise Refusal(f"{files[0].name}: contains no orientations")
-    return read(files, marker, frame_rate_hz, accept_truncated)
+    headers = of_file.headers(files, accept_truncated)
+    with _readable(files[0]):
+        return of_file.orientation(headers, marker, frame_rate_hz, accept_truncated)
 
 
 def missing_marker(
@@ -262,4 +261,4 @@ def missing_marker(
 
 
 def _header(path: str | Path, accept_truncated: bool = False, columns: str | None = None) -> Header:
-    return format_of(Path(path), columns).header(Path(path), accept_truncated)
+    return format_of(Path(path), columns).headers([Path(path)], accept_truncated)[0]

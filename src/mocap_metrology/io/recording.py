@@ -1,17 +1,17 @@
 """A recording of one or several files: what the files must agree in, their order, positions in mm.
 
-A reader of any format checks its files, says in which order and with which gaps they follow each
-other, and hands them to `assemble` as `SegmentReader`s.
+A reader of any format reads the `Header` of each file, checks it, and hands the files as
+`SegmentReader`s to `read_take`.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Protocol
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -21,7 +21,7 @@ from mocap_metrology.common.files import sha256
 from mocap_metrology.io.header import FASTEST_HZ, SLOWEST_HZ
 from mocap_metrology.io.labels import find_points
 from mocap_metrology.io.resolution import Resolution, coarsest
-from mocap_metrology.io.units import LengthUnit
+from mocap_metrology.io.units import LengthUnit, Unit
 
 GIVE_RATE = "give it in column frame_rate_hz"
 LONGEST_GAP = 10  # times all frames measured; beyond it a frame number is not believed
@@ -74,33 +74,39 @@ class Recording:
     notes: tuple[str, ...]
 
 
-class Header(Protocol):
-    """The header of a file of any format; `frame_rate_hz` 0 where it has none.
+@dataclass(frozen=True, kw_only=True)
+class Header:
+    """The header of a file of any format; `frame_rate_hz` 0 where it has none; `notes`: what to say
+    of the file."""
 
-    `bodies`: places (from 0) of labels that have an orientation beside their position.
-    """
+    path: Path
+    labels: tuple[str, ...]
+    unit: LengthUnit
+    frame_rate_hz: float
+    encoding: str
+    notes: tuple[str, ...] = ()
 
     @property
-    def path(self) -> Path: ...
+    def name(self) -> str:
+        """Name of the file without its folder."""
+        return self.path.name
+
     @property
-    def name(self) -> str: ...
-    @property
-    def labels(self) -> tuple[str, ...]: ...
-    @property
-    def bodies(self) -> frozenset[int]: ...
-    @property
-    def unit(self) -> LengthUnit: ...
-    @property
-    def frame_rate_hz(self) -> float: ...
+    def bodies(self) -> frozenset[int]:
+        """Places (from 0) of labels that are bodies, not markers."""
+        return frozenset()
 
 
 @dataclass(frozen=True)
 class Choice:
-    """The markers that are read: `labels` as asked for, `points` their places in the files."""
+    """The markers that are read: `labels` as asked for, `points` their places in the files; and
+    how, as `io.read.read_recording` has it."""
 
     labels: tuple[str, ...]
     points: tuple[int, ...]
     frame_rate_hz: float
+    second_opinion: bool
+    accept_truncated: bool
 
 
 @dataclass(frozen=True)
@@ -117,27 +123,43 @@ class Contents:
 class SegmentReader:
     """One file of a take, checked and not yet read into its place.
 
-    `n_frames` from its first to its last, `n_measured` of them in the file. `read` fills an array
-    (n_markers, 3, n_frames) with positions in mm, NaN where invalid.
+    `first_frame` as the file has it, `number` as it counts in the take. `n_frames` from its first
+    to its last, `n_measured` of them in the file. `read` fills an array (n_markers, 3, n_frames)
+    with positions in mm, NaN where invalid.
     """
 
-    path: Path
-    unit: LengthUnit
-    encoding: str
+    file: Header
     first_frame: int
+    number: int
     n_frames: int
     n_measured: int
     frame_count_source: str
     dtype: np.dtype[np.floating]
     read: Callable[[Array], Contents]
 
+    @property
+    def numbers(self) -> range:
+        """Numbers of its frames."""
+        return range(self.number, self.number + self.n_frames)
 
-def choose(files: Sequence[Header], markers: Sequence[str], frame_rate_hz: float | None) -> Choice:
-    """Find the chosen markers in the files of one take; refuse files that cannot be of one."""
+
+def read_take(
+    headers: Sequence[Header],
+    readers: Callable[[Sequence[Any], Choice], list[SegmentReader]],
+    markers: Sequence[str],
+    frame_rate_hz: float | None,
+    unit: Unit | None,
+    second_opinion: bool,
+    accept_truncated: bool,
+) -> Recording:
+    """Positions of `markers` in the files of one take; `readers`: of all files, whose units are
+    stated, in the order given. Refuses files that cannot be of one take."""
+    files = [replace(file, unit=file.unit.stated(unit, file.name)) for file in headers]
     check_alike(files)
     points = find_points(files[0].labels, markers, files[0].name)
-    rate = frame_rate(files[0], frame_rate_hz)
-    return Choice(tuple(marker.strip() for marker in markers), tuple(points), rate)
+    rate, labels = frame_rate(files[0], frame_rate_hz), tuple(marker.strip() for marker in markers)
+    choice = Choice(labels, tuple(points), rate, second_opinion, accept_truncated)
+    return assemble(readers(files, choice), choice)
 
 
 def check_alike(files: Sequence[Header]) -> None:
@@ -186,90 +208,59 @@ def frame_rate(first: Header, stated_hz: float | None) -> float:
     return float(rate)
 
 
-class Numbered(Protocol):
-    """A file, and how many frames it spans."""
+def _in_order(given: Sequence[SegmentReader]) -> tuple[list[SegmentReader], list[int], list[str]]:
+    """Segments by their numbers, frames missing before each, and remarks.
 
-    @property
-    def name(self) -> str: ...
-    @property
-    def n_frames(self) -> int: ...
-
-
-@dataclass(frozen=True)
-class Plan:
-    """`order` of the given segments, frames missing before each (in that order), remarks."""
-
-    order: tuple[int, ...]
-    gaps: tuple[int, ...]
-    notes: tuple[str, ...] = ()
-
-
-def plan_by_numbers(segments: Sequence[Numbered], firsts: Sequence[int]) -> Plan:
-    """Order and gaps of segments whose first frames have the numbers `firsts`.
-
-    If all start at the same number, no gap is assumed. Refuses segments
-    that overlap.
+    If all start at the same number, no gap is assumed. Refuses segments that overlap, and gaps far
+    longer than what was measured.
     """
-    if len(set(firsts)) == 1:
-        return plan_as_given(firsts)
-    order = tuple(sorted(range(len(segments)), key=lambda i: firsts[i]))
-    gaps = [_gap(segments, firsts, a, b) for a, b in pairwise(order)]
-    check_gaps(segments, order, gaps)
-    notes = []
-    if order != tuple(range(len(segments))):
-        names = ", ".join(segments[i].name for i in order)
-        notes.append(f"segments were given out of order; joined as {names}")
-    return Plan(order, (0, *gaps), tuple(notes))
-
-
-def plan_as_given(firsts: Sequence[int]) -> Plan:
-    """One after another in the given order, where all first frames have the same number."""
-    order = tuple(range(len(firsts)))
-    if len(firsts) == 1:
-        return Plan(order, (0,))
-    note = f"all segments start at frame {firsts[0]}: joined in the given order, without gaps"
-    return Plan(order, (0,) * len(firsts), (note,))
-
-
-def check_gaps(segments: Sequence[Numbered], order: Sequence[int], gaps: Sequence[int]) -> None:
-    """Refuse gaps far longer than what was measured."""
-    if sum(gaps) > LONGEST_GAP * sum(s.n_frames for s in segments):
+    ordered = sorted(given, key=lambda one: one.number)
+    first, last = ordered[0].number, ordered[-1].number
+    if first == last:
+        note = f"all segments start at frame {first}: joined in the given order, without gaps"
+        return ordered, [0] * len(ordered), [note] * (len(ordered) > 1)
+    gaps = [0]
+    for one, other in pairwise(ordered):
+        gaps.append(other.number - one.numbers.stop)
+        if gaps[-1] < 0:
+            raise overlap(one.file.name, one.numbers, other.file.name, other.numbers)
+    if sum(gaps) > LONGEST_GAP * sum(one.n_frames for one in ordered):
         raise Refusal(
-            f"{segments[order[0]].name}: the segments' frame numbers skip {sum(gaps)} frames, "
+            f"{ordered[0].file.name}: the segments' frame numbers skip {sum(gaps)} frames, "
             f"more than {LONGEST_GAP} times those measured: do they belong to one take?"
         )
+    names = [one.file.name for one in ordered]
+    moved = names != [one.file.name for one in given]
+    notes = [f"segments were given out of order; joined as {', '.join(names)}"] * moved
+    return ordered, gaps, notes
 
 
-def _gap(segments: Sequence[Numbered], firsts: Sequence[int], a: int, b: int) -> int:
-    """Frames missing between segment `a` and the later `b`."""
-    gap = firsts[b] - (firsts[a] + segments[a].n_frames)
-    if gap < 0:
-        raise overlap(segments[a], firsts[a], segments[b], firsts[b])
-    return gap
-
-
-def overlap(a: Numbered, first_a: int, b: Numbered, first_b: int) -> Refusal:
-    """The refusal of segment `b`, which starts before the end of `a`."""
+def overlap(a: str, frames_a: range, b: str, frames_b: range) -> Refusal:
+    """The refusal of file `b`, which starts before the end of `a`."""
     return Refusal(
-        f"{b.name}: segments overlap or are out of order: frames"
-        f" {first_b} to {first_b + b.n_frames - 1}, but {a.name} has frames"
-        f" {first_a} to {first_a + a.n_frames - 1}"
+        f"{b}: segments overlap or are out of order: frames {frames_b[0]} to {frames_b[-1]}, but"
+        f" {a} has frames {frames_a[0]} to {frames_a[-1]}"
     )
 
 
-def assemble(readers: Sequence[SegmentReader], plan: Plan, choice: Choice, file: str) -> Recording:
-    """Read all segments, which stand in the order of `plan`; `file` is named in refusals."""
-    total = sum(reader.n_frames for reader in readers) + sum(plan.gaps)
+def assemble(given: Sequence[SegmentReader], choice: Choice) -> Recording:
+    """Read all segments, each into its place in the take."""
+    readers, gaps, notes = _in_order(given)
+    file = given[0].file.name
+    total = sum(reader.n_frames for reader in readers) + sum(gaps)
     if total < 2:
         raise Refusal(f"{file}: has 1 frame, expected at least 2 frames")
     dtype = np.result_type(*(reader.dtype for reader in readers))
     position = np.empty((len(choice.points), 3, total), dtype)
     contents, end = [], 0
-    for reader, gap in zip(readers, plan.gaps, strict=True):
+    for reader, gap in zip(readers, gaps, strict=True):
         start, end = end + gap, end + gap + reader.n_frames
         position[:, :, start - gap : start] = np.nan
-        contents.append(reader.read(position[:, :, start:end]))
-        reader.unit.check_size(position[:, :, start:end], reader.path.name)
+        content = reader.read(position[:, :, start:end])
+        contents.append(content)
+        reader.file.unit.check_size(position[:, :, start:end], reader.file.name)
+        said = (*reader.file.notes, reader.file.unit.remark, *content.notes)
+        notes += [f"{reader.file.name}: {text}" for text in said if text]
     n_invalid = _sum_counts([content.n_invalid for content in contents])
     n_measured = sum(reader.n_measured for reader in readers)
     check_seen(choice.labels, n_measured, n_invalid, file)
@@ -278,31 +269,31 @@ def assemble(readers: Sequence[SegmentReader], plan: Plan, choice: Choice, file:
         labels=choice.labels,
         position_mm=position,
         frame_rate_hz=choice.frame_rate_hz,
-        units="; ".join(dict.fromkeys(reader.unit.name for reader in readers)),
-        unit_source="; ".join(dict.fromkeys(reader.unit.source for reader in readers)),
+        units="; ".join(dict.fromkeys(reader.file.unit.name for reader in readers)),
+        unit_source="; ".join(dict.fromkeys(reader.file.unit.source for reader in readers)),
         resolution_mm=resolution.step_mm,
         resolution_kind=resolution.kind,
-        encoding="; ".join(dict.fromkeys(reader.encoding for reader in readers)),
+        encoding="; ".join(dict.fromkeys(reader.file.encoding for reader in readers)),
         n_invalid=n_invalid,
         n_gap_frames=total - n_measured,
         segments=tuple(
             Segment(
-                path=reader.path.name,
-                sha256=sha256(reader.path),
+                path=reader.file.name,
+                sha256=sha256(reader.file.path),
                 first_frame=reader.first_frame,
                 n_frames=reader.n_frames,
                 frame_count_source=reader.frame_count_source,
                 gap_before=gap,
                 second_opinion=content.second_opinion,
             )
-            for reader, gap, content in zip(readers, plan.gaps, contents, strict=True)
+            for reader, gap, content in zip(readers, gaps, contents, strict=True)
         ),
-        notes=(*plan.notes, *(note for content in contents for note in content.notes)),
+        notes=tuple(notes),
     )
 
 
 def exclude_sentinels(
-    position: Array, labels: Sequence[str], counts: Sequence[Counts], mm_per_unit: float, file: str
+    position: Array, labels: Sequence[str], counts: Sequence[Counts], mm_per_unit: float
 ) -> list[str]:
     """Make frames of positions (n_markers, 3, n_frames) NaN, count them and return notes on them,
     where all three coordinates are one number and the marker was nowhere near it (`NEAR_MM`), or
@@ -327,7 +318,7 @@ def exclude_sentinels(
                 values = np.unique(xyz[0, frames] / mm_per_unit + 0.0)[::-1]
                 written = " or ".join(f"{value:.7g}" for value in values[:3])
                 rest = " or another number" * (len(values) > 3)
-                notes.append(f"{file}: {label}: x = y = z = {written}{rest} in {n} frames, {said}")
+                notes.append(f"{label}: x = y = z = {written}{rest} in {n} frames, {said}")
         if far.any():
             count["sentinel"] = int(np.count_nonzero(far))
             xyz[:, far] = np.nan

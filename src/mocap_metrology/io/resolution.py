@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mocap_metrology.io.header import number
+from mocap_metrology.io.units import largest_of
 
 STEPS_MM = (1, 0.5, 0.1, 0.05, 0.01, 0.005, 0.001, 0.0005, 0.0001)
 SAMPLE = 10_000  # values of each coordinate that are tested for rounding
@@ -71,11 +72,7 @@ def float_step_mm(position_mm: npt.NDArray[np.floating], mm_per_unit: float) -> 
 
     NaN where no coordinate is valid.
     """
-    largest = max(
-        np.fmax.reduce(position_mm, axis=None, initial=np.nan),
-        -np.fmin.reduce(position_mm, axis=None, initial=np.nan),
-    )
-    return float(np.spacing(np.float32(largest / mm_per_unit))) * mm_per_unit
+    return float(np.spacing(np.float32(largest_of(position_mm) / mm_per_unit))) * mm_per_unit
 
 
 def rounding_step_mm(position_mm: npt.NDArray[np.floating], mm_per_unit: float) -> float | None:

@@ -57,10 +57,7 @@ class LengthUnit:
         """Refuse coordinates that are in m where the unit is mm, or the other way round, unless the
         user gave it, and what is no position in any unit. `position_mm` of any shape, NaN where
         invalid."""
-        largest = max(
-            np.fmax.reduce(position_mm, axis=None, initial=np.nan),
-            -np.fmin.reduce(position_mm, axis=None, initial=np.nan),
-        )
+        largest = largest_of(position_mm)
         if largest > NOWHERE_MM:
             raise Refusal(
                 f"{file}: a coordinate is {largest:.3g} mm: the file is damaged, or its numbers are"
@@ -83,6 +80,12 @@ class LengthUnit:
 
 MILLIMETRE = LengthUnit("mm", MM["mm"], written="mm")
 METRE = LengthUnit("m", MM["m"], written="m")
+
+
+def largest_of(position: npt.NDArray[np.floating]) -> float:
+    """The largest coordinate to either side of the origin; NaN where all are."""
+    high, low = (f.reduce(position, axis=None, initial=np.nan) for f in (np.fmax, np.fmin))
+    return max(high, -low)
 
 
 def read_unit(texts: Sequence[str], name: str, file: str, of_points: bool = False) -> LengthUnit:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -45,12 +46,10 @@ def read_places(
         if not row:
             continue
         label = row[0].strip()
-        try:
-            position = np.array([spreadsheet.number(cell) for cell in row[1:4]])
-        except ValueError:
-            position = np.empty(0)
-        finite = position.size == 3 and np.isfinite(position).all()
-        if not (label and label.isprintable() and finite):
+        position = np.full(3, np.nan)
+        with suppress(ValueError):
+            position[0], position[1], position[2] = map(spreadsheet.number, row[1:4])
+        if not (label and label.isprintable() and np.isfinite(position).all()):
             raise Refusal(f"{name}: line {number} is {','.join(row)!r}; expected label,x_m,y_m,z_m")
         if label in places:
             raise Refusal(f"{name}: label {label} occurs twice; expected one line per {thing}")
@@ -142,7 +141,7 @@ def check_board(board: np.ndarray, name: str) -> np.ndarray:
         raise Refusal(
             f"{name}: diodes {i} and {j} have the same position; expected different positions"
         )
-    if np.linalg.svd(board - board.mean(axis=0), compute_uv=False)[1] < 1e-3:
+    if narrowness_m(board) < 1e-3:
         raise Refusal(f"{name}: all diodes are on one line; expected a surface")
     return board
 

@@ -73,6 +73,12 @@ class Flashes:
     code: np.ndarray  # int8: 0..7, -1 where the length decides nothing
 
 
+def is_new(*columns: np.ndarray) -> np.ndarray:
+    """Whether a row differs from the one before in any of the columns (n,); the first one does."""
+    new = np.any([column[1:] != column[:-1] for column in columns], axis=0)
+    return np.insert(new, 0, True)[: columns[0].size]
+
+
 class Rows:
     """Arrays with one row each at times `time_s`."""
 
@@ -121,9 +127,8 @@ class Hits(Rows):
     def by_sweep(self) -> tuple[np.ndarray, np.ndarray]:
         """Order of the hits by cycle, station and axis, and where each sweep begins in it."""
         order = np.lexsort((self.axis, self.station, self.cycle))
-        keys = np.stack([self.cycle, self.station, self.axis]).astype(np.int64)[:, order]
-        new = (np.diff(keys, axis=1, prepend=keys[:, :1] - 1) != 0).any(axis=0)
-        return order, np.flatnonzero(new)
+        keys = (key[order] for key in (self.cycle, self.station, self.axis))
+        return order, np.flatnonzero(is_new(*keys))
 
 
 @dataclass(frozen=True)

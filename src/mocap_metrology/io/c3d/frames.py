@@ -48,13 +48,9 @@ class Trial:
         """Number of the first frame; some writers multiply the high word by 65535."""
         return self.start[0] + base * self.start[1]
 
-    def last(self, base: int = WRAP) -> int:
-        """Number of the last frame."""
-        return self.end[0] + base * self.end[1]
-
     def count(self, base: int = WRAP) -> int:
         """Number of frames from the first to the last."""
-        return self.last(base) - self.first(base) + 1
+        return self.end[0] + base * self.end[1] - self.first(base) + 1
 
 
 @dataclass(frozen=True)

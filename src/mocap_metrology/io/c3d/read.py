@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import partial
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -15,127 +13,88 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.c3d.frames import SATURATED, WRAP
 from mocap_metrology.io.c3d.parameters import Stored, ieee_from_dec, raw_dtype
 from mocap_metrology.io.c3d.second_opinion import ask_ezc3d
-from mocap_metrology.io.c3d.structure import Structure, inspect
+from mocap_metrology.io.c3d.structure import Structure
 from mocap_metrology.io.recording import (
     Array,
     Choice,
     Contents,
     Counts,
-    Plan,
-    Recording,
     SegmentReader,
-    assemble,
-    check_gaps,
-    choose,
     exclude_sentinels,
     overlap,
-    plan_as_given,
-    plan_by_numbers,
 )
 from mocap_metrology.io.resolution import Resolution, float_resolution
-from mocap_metrology.io.units import Unit
 
 CHUNK_BYTES = 2 << 20  # of the file; a chunk and its columns stay in the processor's cache
+SAMPLE = 2000  # frames whose residuals are looked at, evenly over the file
 REASONS = ("negative_residual", "zero", "not_finite")
 
 
-def read_c3d(
-    paths: Sequence[Path],
-    markers: Sequence[str],
-    frame_rate_hz: float | None = None,
-    second_opinion: bool = True,
-    accept_truncated: bool = False,
-    unit: Unit | None = None,
-) -> Recording:
-    """Positions of `markers` in one C3D file or in the segments of one take.
+def readers(files: Sequence[Structure], choice: Choice) -> list[SegmentReader]:
+    """How each file is read; `n_invalid` by `negative_residual`, `zero`, `not_finite`, of integers
+    also `saturated`."""
+    return [
+        SegmentReader(
+            file=file,
+            first_frame=file.first_frame,
+            number=number,
+            n_frames=file.n_frames,
+            n_measured=file.n_frames,
+            frame_count_source=file.frame_count_source,
+            dtype=np.dtype(np.float32 if file.is_float and mm_per_step(file) == 1 else np.float64),
+            read=partial(_read_segment, file, choice),
+        )
+        for file, number in zip(files, _numbers(files), strict=True)
+    ]
 
-    Arguments as of `io.read.read_recording`. `n_invalid` by `negative_residual`, `zero`,
-    `not_finite`, of integers also `saturated`.
+
+def _numbers(segments: Sequence[Structure]) -> list[int]:
+    """Numbers of the first frames of the segments of one take.
+
+    Where TRIAL of every segment agrees with its frame count, it says them, with one base for all
+    where one goes with every count. Otherwise the given order holds, and the header's first frame,
+    which counts modulo 65536, gives the gaps. Where all segments start at the same number nothing
+    does. Refuses segments that overlap, and headers whose first frame is at its 16-bit limit.
     """
-    if not paths:
-        raise Refusal("no C3D file is given")
-    headers = [inspect(path, accept_truncated) for path in paths]
-    files = [replace(file, unit=file.unit.stated(unit, file.name)) for file in headers]
-    choice = choose(files, markers, frame_rate_hz)
-    plan = plan_segments(files)
-    readers = [_segment_reader(files[i], choice, second_opinion) for i in plan.order]
-    return assemble(readers, plan, choice, files[0].name)
-
-
-def plan_segments(segments: Sequence[Structure]) -> Plan:
-    """Order and gaps of the segments of one take.
-
-    Where TRIAL of every segment agrees with its frame count, it says both. Otherwise the given
-    order holds, and the header's first frame, which counts modulo 65536, gives the gaps. Where all
-    segments start at the same number nothing does, and no gap is assumed.
-    Refuses segments that overlap, and headers whose first frame is at its 16-bit limit.
-    """
-    if len(segments) > 1 and all(s.trial is not None for s in segments):
-        return plan_by_numbers(segments, _trial_firsts(segments))
+    trials = [s.trial for s in segments if s.trial is not None]
+    if len(trials) == len(segments) > 1:
+        base = min(s.trial_base or WRAP for s in segments)
+        if [trial.count(base) for trial in trials] == [s.n_frames for s in segments]:
+            return [trial.first(base) for trial in trials]
+        return [s.first_frame for s in segments]
     firsts = [s.header_first for s in segments]
-    if len(set(firsts)) == 1:
-        return plan_as_given(firsts)
-    gaps = _header_gaps(segments)
-    check_gaps(segments, range(len(segments)), gaps)
-    return Plan(tuple(range(len(segments))), (0, *gaps))
+    return firsts if len(set(firsts)) == 1 else _unwrapped(segments, firsts)
 
 
-def _trial_firsts(segments: Sequence[Structure]) -> list[int]:
-    """First frames by TRIAL, with one base for all where one goes with every count."""
-    bases = [WRAP - 1, WRAP] if any(s.trial_base == WRAP - 1 for s in segments) else [WRAP]
-    for base in bases:
-        if all(s.trial is not None and s.trial.count(base) == s.n_frames for s in segments):
-            return [s.trial.first(base) for s in segments if s.trial is not None]
-    return [s.first_frame for s in segments]
-
-
-def _header_gaps(segments: Sequence[Structure]) -> list[int]:
-    firsts = [s.header_first for s in segments]
-    for s in segments:
+def _unwrapped(segments: Sequence[Structure], firsts: Sequence[int]) -> list[int]:
+    frames = [range(s.header_first, s.header_first + s.n_frames) for s in segments]
+    for k, s in enumerate(segments):
         if s.header_first == s.header_last and s.header_first in SATURATED and s.n_frames > 1:
             raise Refusal(
                 f"{s.name}: its first frame is at the 16-bit limit {s.header_first} in the "
                 "header and TRIAL does not state it, so the gap before this segment is unknown"
             )
-    if len(set(firsts)) < len(firsts):
-        twice = next(i for i, first in enumerate(firsts) if first in firsts[:i])
-        a = firsts.index(firsts[twice])
-        raise overlap(segments[a], firsts[a], segments[twice], firsts[twice])
-    gaps = []
-    for one, other in pairwise(segments):
-        gap = (other.header_first - one.header_first - one.n_frames) % WRAP
+        if s.header_first in firsts[:k]:
+            twice = firsts.index(s.header_first)
+            raise overlap(segments[twice].name, frames[twice], s.name, frames[k])
+    numbers = [firsts[0]]
+    for k, (one, other) in enumerate(pairwise(segments)):
+        gap = (other.header_first - frames[k].stop) % WRAP
         if gap >= WRAP // 2:
-            raise overlap(one, one.header_first, other, other.header_first)
-        gaps.append(gap)
-    return gaps
+            raise overlap(one.name, frames[k], other.name, frames[k + 1])
+        numbers.append(numbers[-1] + one.n_frames + gap)
+    return numbers
 
 
-def _segment_reader(structure: Structure, choice: Choice, second_opinion: bool) -> SegmentReader:
-    return SegmentReader(
-        path=structure.path,
-        unit=structure.unit,
-        encoding=structure.encoding,
-        first_frame=structure.first_frame,
-        n_frames=structure.n_frames,
-        n_measured=structure.n_frames,
-        frame_count_source=structure.frame_count_source,
-        dtype=position_dtype(structure),
-        read=partial(_read_segment, structure, choice, second_opinion),
-    )
-
-
-def _read_segment(
-    structure: Structure, choice: Choice, second_opinion: bool, out: Array
-) -> Contents:
+def _read_segment(structure: Structure, choice: Choice, out: Array) -> Contents:
     """Read one file into `out`, and compare it with ezc3d."""
     counts, nan_residuals = read_points(structure, choice.points, out)
     opinion, note = "not asked (switched off)", ""
-    if second_opinion:
+    if choice.second_opinion:
         opinion, note = ask_ezc3d(structure, choice.points, out)
-    said = (*structure.notes, structure.unit.remark, note)
-    notes = [f"{structure.name}: {text}" for text in said if text]
+    notes = [note]
     notes += [
-        f"{structure.name}: {label}: the fourth word is NaN in {n} frames, taken as valid"
+        f"{label}: the fourth word is NaN in {n} frames, taken as valid"
         for label, n in zip(choice.labels, nan_residuals, strict=True)
         if n
     ]
@@ -145,13 +104,12 @@ def _read_segment(
             if n:
                 count["saturated"] = n
                 notes.append(
-                    f"{structure.name}: {label}: {n} frames at the limit of 16-bit integers "
-                    "(saturated), taken as missing"
+                    f"{label}: {n} frames at the limit of 16-bit integers (saturated), taken as"
+                    " missing"
                 )
-    unit_mm = structure.unit.mm
-    notes += exclude_sentinels(out, choice.labels, counts, unit_mm, structure.name)
+    notes += exclude_sentinels(out, choice.labels, counts, structure.unit.mm)
     if structure.is_float:
-        resolution = float_resolution(out, unit_mm)
+        resolution = float_resolution(out, structure.unit.mm)
     else:
         resolution = Resolution(mm_per_step(structure), "int16")
     return Contents(counts, resolution, opinion, notes)
@@ -171,12 +129,6 @@ def _exclude_saturated(position: Array, step_mm: float) -> int:
 def mm_per_step(structure: Structure) -> float:
     """What a stored coordinate is multiplied by: the unit, and for int16 also the scale."""
     return structure.unit.mm * (1.0 if structure.is_float else structure.scale)
-
-
-def position_dtype(structure: Structure) -> np.dtype[np.floating]:
-    """float32 where the file's floats already are mm, so nothing is computed; else float64."""
-    in_mm = structure.is_float and mm_per_step(structure) == 1
-    return np.dtype(np.float32) if in_mm else np.dtype(np.float64)
 
 
 def read_points(
@@ -234,3 +186,25 @@ def _fill(stored: npt.NDArray[Stored], factor: float, target: Array, counts: Cou
     if factor != 1:
         target *= factor
     return int(np.count_nonzero(np.isnan(residual))) if residual.dtype.kind == "f" else 0
+
+
+def computed_points(structure: Structure) -> frozenset[int]:
+    """Places (from 0) of the points that were computed, not measured.
+
+    Software stores angles, powers and the axes of its models as points, and lists most of them in
+    parameters of POINT (ANGLES, POWERS, ...). A point that is computed has the residual 0 [C3D user
+    guide, "The residual value"]; where any point of the file has another residual, those that never
+    have one were not measured.
+    """
+    listed = {k for k, label in enumerate(structure.labels) if label in structure.listed}
+    dtype = raw_dtype(structure.processor, structure.is_float)
+    shape = structure.n_frames, structure.frame_bytes // dtype.itemsize
+    every = np.memmap(structure.path, dtype, "r", structure.data_offset, shape)
+    frames = every[:: max(structure.n_frames // SAMPLE, 1), : 4 * structure.n_points]
+    words: npt.NDArray[Stored] = np.asarray(frames).reshape(len(frames), structure.n_points, 4)
+    if structure.is_float and structure.processor == 85:
+        words = ieee_from_dec(words)
+    measured = (words[..., 3] > 0).any(axis=0)
+    there = ((words[..., 3] == 0) & (words[..., :3] != 0).any(axis=2)).any(axis=0)
+    without = np.flatnonzero(there & ~measured).tolist() if measured.any() else []
+    return frozenset([*listed, *without])

@@ -55,12 +55,7 @@ class Request:
     time_limit_s: float
 
 
-@dataclass(frozen=True)
-class Answer:
-    """`opinion`: `agrees`, `differs` or `none`, the latter two with the reason."""
-
-    opinion: str
-    reason: str = ""
+Answer = tuple[str, str]  # `agrees`, `differs` or `none`; the reason of the latter two
 
 
 def ask_ezc3d(
@@ -99,14 +94,13 @@ def ask_ezc3d(
             memory_limit=memory_limit,
             time_limit_s=time_limit_s,
         )
-        answer = _run(request)
-    if answer.opinion == "differs":
+        opinion, reason = _run(request)
+    if opinion == "differs":
         raise Refusal(
-            f"{structure.name}: ezc3d reads it differently: {answer.reason}; to read it without"
+            f"{structure.name}: ezc3d reads it differently: {reason}; to read it without"
             " ezc3d, set second_opinion: false in the configuration"
         )
-    remark = f"no second opinion: {answer.reason}" if answer.opinion == "none" else ""
-    return answer.opinion, remark
+    return opinion, f"no second opinion: {reason}" if opinion == "none" else ""
 
 
 def _run(request: Request) -> Answer:
@@ -123,18 +117,19 @@ def _run(request: Request) -> Answer:
             check=False,
         )
     except subprocess.TimeoutExpired:
-        return Answer("none", f"ezc3d took longer than {request.time_limit_s:g} s")
+        return "none", f"ezc3d took longer than {request.time_limit_s:g} s"
     except OSError as error:
-        return Answer("none", f"ezc3d could not be started: {error.strerror}")
+        return "none", f"ezc3d could not be started: {error.strerror}"
     if child.returncode < 0:
         name = signal.Signals(-child.returncode).name
-        return Answer("none", f"ezc3d was ended by {name}")
+        return "none", f"ezc3d was ended by {name}"
     try:
-        return Answer(**json.loads(child.stdout.splitlines()[-1]))
+        opinion, reason = json.loads(child.stdout.splitlines()[-1])
+        return opinion, reason
     except (IndexError, TypeError, ValueError):
         lines = child.stderr.split("\n") if child.stderr.strip() else ["no answer"]
         last = next(line for line in reversed(lines) if line.strip())
-        return Answer("none", f"ezc3d failed: {last[:200]}")
+        return "none", f"ezc3d failed: {last[:200]}"
 
 
 # In the process
@@ -146,12 +141,12 @@ def main() -> None:
     _limit(request.memory_limit, request.time_limit_s)
     try:
         what = _differences(request)
-        answer = Answer("differs", what) if what else Answer("agrees")
+        answer = ("differs" if what else "agrees", what)
     except Exception as error:
         text = " ".join(f"{type(error).__name__}: {error}".split())[:200]
-        answer = Answer("none", f"ezc3d does not read it ({text})")
+        answer = "none", f"ezc3d does not read it ({text})"
     print()
-    print(json.dumps(asdict(answer)))
+    print(json.dumps(answer))
 
 
 def _limit(memory: int, seconds: float) -> None:

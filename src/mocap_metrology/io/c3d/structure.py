@@ -15,8 +15,6 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal, Truncated
 from mocap_metrology.io.c3d.frames import (
-    Declared,
-    FrameCount,
     Section,
     Trial,
     choose_frame_size,
@@ -33,34 +31,29 @@ from mocap_metrology.io.c3d.parameters import (
 )
 from mocap_metrology.io.header import not_read, other_kind, regular_size
 from mocap_metrology.io.labels import complete_labels
-from mocap_metrology.io.units import LengthUnit, read_unit
+from mocap_metrology.io.recording import Header
+from mocap_metrology.io.units import read_unit
 
 
-@dataclass(frozen=True)
-class Structure:
+@dataclass(frozen=True, kw_only=True)
+class Structure(Header):
     """A C3D file without its coordinates. Lengths in bytes, places in bytes from the start.
 
-    `scale` is |POINT:SCALE|, the int16 step in `unit`;
-    `frame_rate_hz` 0 where the file has none; `first_frame` from TRIAL where it agrees with the
-    frame count, else from the header. `given_labels` are those of the file, `labels` completed.
+    `scale` is |POINT:SCALE|, the int16 step in `unit`; `first_frame` from TRIAL where it agrees
+    with the frame count, else from the header. `given_labels` are those of the file, `labels`
+    completed.
     `listed`: labels that another parameter of POINT than LABELS lists, as ANGLES or POWERS.
     `missing`: parameters of POINT that ezc3d needs and the file has not.
     """
 
-    path: Path
-    labels: tuple[str, ...]
     given_labels: tuple[str, ...]
     listed: frozenset[str]
     missing: tuple[str, ...]
     n_points: int
     n_frames: int
     frame_count_source: str
-    frame_rate_hz: float
-    unit: LengthUnit
-    encoding: str
     scale: float
     first_frame: int
-    notes: tuple[str, ...]
     processor: int
     is_float: bool
     data_offset: int
@@ -70,19 +63,12 @@ class Structure:
     trial: Trial | None
     trial_base: int | None
 
-    @property
-    def name(self) -> str:
-        """Name of the file without its folder."""
-        return self.path.name
-
-    @property
-    def bodies(self) -> frozenset[int]:
-        """None: C3D has no orientations of bodies that are read."""
-        return frozenset()
-
 
 @dataclass(frozen=True)
 class _Header:
+    """Words of the header in their order, and the processor."""
+
+    processor: int
     n_points: int
     analog_samples: int
     first: int
@@ -100,40 +86,24 @@ def inspect(path: str | Path, accept_truncated: bool = False) -> Structure:
     `accept_truncated` takes the whole frames that a cut-off file holds, with a note.
     """
     path = Path(path)
-    try:
-        size = regular_size(path, "a C3D file")
-        with path.open("rb") as stream:
-            block = stream.read(BLOCK)
-            start = _parameter_start(block, size, path.name)
-            stream.seek(start)
-            _, _, n_blocks, processor = stream.read(4)
-            if processor not in PROCESSORS:
-                known = ", ".join(f"{number} ({name})" for number, name in PROCESSORS.items())
-                raise Refusal(f"{path.name}: damaged: processor {processor}, expected {known}")
-            header = _read_header(block, processor)
-            stream.seek(start)
-            section = stream.read(_parameter_bytes(start, n_blocks, header, size))
-        parameters = read_parameters(section, processor, path.name)
-        layout = _layout(path, size, start, n_blocks, header, parameters, accept_truncated)
-    except OSError as error:
-        raise Refusal(f"{path.name}: cannot be read: {error.strerror or error}") from error
-    return _assemble(path, processor, header, parameters, layout)
+    size = regular_size(path, "a C3D file")
+    with path.open("rb") as stream:
+        block = stream.read(BLOCK)
+        start = _parameter_start(block, size, path.name)
+        stream.seek(start)
+        _, _, n_blocks, processor = stream.read(4)
+        if processor not in PROCESSORS:
+            known = ", ".join(f"{number} ({name})" for number, name in PROCESSORS.items())
+            raise Refusal(f"{path.name}: damaged: processor {processor}, expected {known}")
+        header = _read_header(block, processor)
+        stream.seek(start)
+        section = stream.read(_parameter_bytes(start, n_blocks, header, size))
+    parameters = read_parameters(section, processor, path.name)
+    return _structure(path, size, start, n_blocks, header, parameters, accept_truncated)
 
 
 def _parameter_start(block: bytes, size: int, file: str) -> int:
-    """Place of the parameter section, by the first block."""
-    _recognise(block, file)
-    start = (block[0] - 1) * BLOCK
-    if block[0] == 0 or start + 4 > size:
-        raise Refusal(
-            f"{file}: damaged: the parameters should be at block {block[0]},"
-            f" the file has {size // BLOCK} blocks of {BLOCK} bytes"
-        )
-    return start
-
-
-def _recognise(block: bytes, file: str) -> None:
-    """Refuse what is not a C3D file, by its first block."""
+    """Place of the parameter section, by the first block; refuses what is not a C3D file."""
     looks = other_kind(block, "" if block[1:2] == b"\x50" else Path(file).suffix)
     if looks is None and all(byte >= 32 or byte in b"\t\r\n" for byte in block):
         looks = "text"
@@ -145,20 +115,22 @@ def _recognise(block: bytes, file: str) -> None:
         raise not_read(file, "a C3D file", looks)
     if len(block) < BLOCK:
         raise Refusal(f"{file}: cut off: {len(block)} bytes, the header alone has {BLOCK}")
+    start = (block[0] - 1) * BLOCK
+    if block[0] == 0 or start + 4 > size:
+        raise Refusal(
+            f"{file}: damaged: the parameters should be at block {block[0]},"
+            f" the file has {size // BLOCK} blocks of {BLOCK} bytes"
+        )
+    return start
 
 
 def _read_header(block: bytes, processor: int) -> _Header:
     words = [unsigned(word) for word in int16s(block[:24], processor)]
     reals = floats(block[:24], processor)
+    scale, rate = float(reals[3]), float(reals[5])
+    n_points, analog_samples, first, last = words[1:5]
     return _Header(
-        n_points=words[1],
-        analog_samples=words[2],
-        first=words[3],
-        last=words[4],
-        scale=float(reals[3]),
-        data_block=words[8],
-        samples_per_channel=words[9],
-        rate=float(reals[5]),
+        processor, n_points, analog_samples, first, last, scale, words[8], words[9], rate
     )
 
 
@@ -169,20 +141,7 @@ def _parameter_bytes(start: int, n_blocks: int, header: _Header, size: int) -> i
     return min(end, size) - start
 
 
-@dataclass(frozen=True)
-class _Layout:
-    """Position and size of the point data, and the number of frames."""
-
-    is_float: bool
-    scale: float
-    offset: int
-    frame_bytes: int
-    count: FrameCount
-    declared: Declared
-    notes: tuple[str, ...]
-
-
-def _layout(
+def _structure(
     path: Path,
     size: int,
     start: int,
@@ -190,7 +149,7 @@ def _layout(
     header: _Header,
     parameters: Parameters,
     accept_truncated: bool,
-) -> _Layout:
+) -> Structure:
     """Bring header and parameters together; refuse where they contradict each other."""
     notes = []
     n_points = _number_of_points(header, parameters, path.name)
@@ -214,44 +173,33 @@ def _layout(
         notes.append(
             "analog samples per frame differ from the header; the file size was used to decide"
         )
-    notes += count.notes
-    return _Layout(is_float, scale, offset, frame_bytes, count, declared, tuple(notes))
-
-
-def _assemble(
-    path: Path, processor: int, header: _Header, parameters: Parameters, layout: _Layout
-) -> Structure:
     rate, rate_notes = _rate(header, parameters, path.name)
+    labels = tuple(parameters.texts("POINT", "LABELS")[:n_points])
     units = parameters.texts("POINT", "UNITS")
-    listed = tuple(parameters.texts("POINT", "LABELS")[: header.n_points])
-    count, trial, first = layout.count, layout.declared.trial, header.first
-    if trial is not None and count.trial_base is not None:
-        first = trial.first(count.trial_base)
-    else:
-        trial = None
+    base, trial = count.trial_base, declared.trial
     return Structure(
         path=path,
-        labels=complete_labels(listed, header.n_points),
-        given_labels=listed,
+        labels=complete_labels(labels, n_points),
+        unit=read_unit(units, "POINT:UNITS", path.name, of_points=True),
+        frame_rate_hz=rate,
+        encoding=f"{PROCESSORS[header.processor]} {'float' if is_float else 'int16'}",
+        notes=(*notes, *count.notes, *rate_notes),
+        given_labels=labels,
         listed=_label_texts(parameters),
         missing=tuple(name for name in ("SCALE", "FRAMES") if not parameters.get("POINT", name)),
-        n_points=header.n_points,
+        n_points=n_points,
         n_frames=count.n,
         frame_count_source=count.source,
-        frame_rate_hz=rate,
-        unit=read_unit(units, "POINT:UNITS", path.name, of_points=True),
-        encoding=f"{PROCESSORS[processor]} {'float' if layout.is_float else 'int16'}",
-        scale=layout.scale,
-        first_frame=first,
-        notes=(*layout.notes, *rate_notes),
-        processor=processor,
-        is_float=layout.is_float,
-        data_offset=layout.offset,
-        frame_bytes=layout.frame_bytes,
+        scale=scale,
+        first_frame=trial.first(base) if trial and base else header.first,
+        processor=header.processor,
+        is_float=is_float,
+        data_offset=offset,
+        frame_bytes=frame_bytes,
         header_first=header.first,
         header_last=header.last,
-        trial=trial,
-        trial_base=count.trial_base,
+        trial=trial if base else None,
+        trial_base=base,
     )
 
 

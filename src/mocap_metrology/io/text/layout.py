@@ -12,7 +12,7 @@ from pathlib import Path
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.header import READ, not_read, number, refuse_other, regular_size
 from mocap_metrology.io.labels import complete_labels
-from mocap_metrology.io.units import LengthUnit
+from mocap_metrology.io.recording import Header
 
 LONGEST_LINE = 1 << 20  # bytes; 30,000 markers
 BOM = b"\xef\xbb\xbf"
@@ -38,57 +38,6 @@ class RotationColumns:
 
 
 @dataclass(frozen=True)
-class Layout:
-    """A text recording without its numbers.
-
-    `columns`: places (from 0) of x, y, z of each label; `frame_column`, `time_column` (s) where
-    there are such. `data_line` (from 1) and `data_offset` (bytes): where the numbers start.
-    `second`: of the unit of the times.
-    `declared`: name and value of the field that counts frames; `declared_too_few`: whether it is
-    known to be below the number of rows at times. `frame_rate_hz` 0: not told.
-    `ends_blank`: an empty line ends the numbers. `full_rows`: every row has a number, or
-    NaN, in all columns. `missing_below`: a smaller number is no measurement, nor is
-    x = y = z = 0 with `zero_is_gap`;
-    `zero_note`: what to say where there are such. `remarks`: what to say of a label, by its place,
-    once it is chosen. `rotations`: orientations of labels that are bodies, by their place.
-    """
-
-    path: Path
-    encoding: str
-    labels: tuple[str, ...]
-    columns: tuple[Triple, ...]
-    frame_rate_hz: float
-    unit: LengthUnit
-    delimiter: str
-    data_line: int
-    data_offset: int
-    n_columns: int
-    frame_column: int | None = None
-    time_column: int | None = None
-    declared: tuple[str, int] | None = None
-    declared_too_few: bool = False
-    ends_blank: bool = False
-    full_rows: bool = False
-    second: float = 1.0
-    missing_below: float = -math.inf
-    zero_is_gap: bool = False
-    zero_note: str = ""
-    notes: tuple[str, ...] = ()
-    remarks: Mapping[int, str] = field(default_factory=dict)
-    rotations: Mapping[int, RotationColumns] = field(default_factory=dict)
-
-    @property
-    def name(self) -> str:
-        """Name of the file without its folder."""
-        return self.path.name
-
-    @property
-    def bodies(self) -> frozenset[int]:
-        """Places of labels that are bodies, with an orientation that is read or without."""
-        return frozenset([*self.rotations, *(k for k, of in self.remarks.items() if of == BODY)])
-
-
-@dataclass(frozen=True)
 class Line:
     """One line without its end; `number` from 1; `start` and `end` in bytes, its end included."""
 
@@ -100,6 +49,45 @@ class Line:
     def cells(self, delimiter: str) -> list[str]:
         """Its cells, stripped."""
         return cells_of(self.text, delimiter)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Layout(Header):
+    """A text recording without its numbers.
+
+    `columns`: places (from 0) of x, y, z of each label; `frame_column`, `time_column` (s) where
+    there are such. `first`: the first line of numbers.
+    `second`: of the unit of the times.
+    `declared`: name and value of the field that counts frames; `declared_too_few`: whether it is
+    known to be below the number of rows at times.
+    `ends_blank`: an empty line ends the numbers. `full_rows`: every row has a number, or
+    NaN, in all columns. `missing_below`: a smaller number is no measurement, nor is
+    x = y = z = 0 with `zero_is_gap`;
+    `zero_note`: what to say where there are such. `remarks`: what to say of a label, by its place,
+    once it is chosen. `rotations`: orientations of labels that are bodies, by their place.
+    """
+
+    columns: tuple[Triple, ...]
+    delimiter: str
+    first: Line
+    n_columns: int
+    frame_column: int | None = None
+    time_column: int | None = None
+    declared: tuple[str, int] | None = None
+    declared_too_few: bool = False
+    ends_blank: bool = False
+    full_rows: bool = False
+    second: float = 1.0
+    missing_below: float = -math.inf
+    zero_is_gap: bool = False
+    zero_note: str = ""
+    remarks: Mapping[int, str] = field(default_factory=dict)
+    rotations: Mapping[int, RotationColumns] = field(default_factory=dict)
+
+    @property
+    def bodies(self) -> frozenset[int]:
+        """Places of labels that are bodies, with an orientation that is read or without."""
+        return frozenset([*self.rotations, *(k for k, of in self.remarks.items() if of == BODY)])
 
 
 def cells_of(line: str, delimiter: str) -> list[str]:
@@ -188,6 +176,12 @@ def count(text: str, name: str, file: str) -> int:
     if value is None or value < 0 or value != int(value):
         raise Refusal(f"{file}: {name} is {text.strip()[:40]!r}, expected a whole number")
     return int(value)
+
+
+def declared(fields: Mapping[str, str], name: str, file: str) -> tuple[str, int] | None:
+    """Name and value of the header's field that counts frames; None where it says nothing."""
+    text = fields.get(name, "")
+    return (name, count(text, name, file)) if text else None
 
 
 def named(labels: Sequence[str]) -> tuple[str, ...]:

@@ -24,8 +24,7 @@ from mocap_metrology.io.text.layout import (
     Line,
     RotationColumns,
     Triple,
-    check_text,
-    count,
+    declared,
     lines,
     named,
     rate,
@@ -61,7 +60,6 @@ AXES_NOTE = "axes as in the file; by default, Y points up in Motive"
 
 def layout(path: Path) -> Layout:
     """Read the header of a Motive CSV file; refuses what is none or contradicts itself."""
-    check_text(path, WHAT)
     delimiter = _delimiter(path)
     fields, rows, first = _header(path, delimiter)
     written = fields.get("Length Units", "")
@@ -69,7 +67,6 @@ def layout(path: Path) -> Layout:
     labels, columns, remarks, rotations = _positions(
         header, fields.get("Rotation Type", ""), path.name
     )
-    total = fields.get("Total Exported Frames", "")
     rates = [
         rate(fields.get(name, ""), path.name)
         for name in ("Export Frame Rate", "Capture Frame Rate")
@@ -83,14 +80,11 @@ def layout(path: Path) -> Layout:
         frame_rate_hz=rates[0] or rates[1],
         unit=read_unit([written], "Length Units", path.name) if written else unknown(NO_UNIT),
         delimiter=delimiter,
-        data_line=first.number,
-        data_offset=first.start,
+        first=first,
         n_columns=len(rows[-1]),
         frame_column=0,
         time_column=times[0] if times else None,
-        declared=("Total Exported Frames", count(total, "Total Exported Frames", path.name))
-        if total
-        else None,
+        declared=declared(fields, "Total Exported Frames", path.name),
         declared_too_few=True,
         notes=(AXES_NOTE, *_left_out(header, columns)),
         remarks=remarks,

@@ -20,7 +20,6 @@ from mocap_metrology.io.text.layout import (
     Layout,
     Line,
     Triple,
-    check_text,
     lines,
     named,
     quoted_cells,
@@ -91,7 +90,6 @@ def _rate(line: Line, delimiter: str, name: str) -> float:
 def layout(path: Path) -> Layout:
     """Read the head of the section of markers, else of bodies; refuses what has none or contradicts
     itself."""
-    check_text(path, WHAT)
     title, place = find_section(path)
     if place is None:
         raise Refusal(f"{path.name}: is not {WHAT} of markers: it has no section {title}")
@@ -118,8 +116,7 @@ def layout(path: Path) -> Layout:
         frame_rate_hz=_rate(head[1], delimiter, path.name),
         unit=read_unit(listed, f"unit of {title}", path.name),
         delimiter=delimiter,
-        data_line=head[5].number,
-        data_offset=head[5].start,
+        first=head[5],
         n_columns=len(axes) if axes[-1] else len(axes) - 1,
         frame_column=0,
         ends_blank=True,

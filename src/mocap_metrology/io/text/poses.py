@@ -12,8 +12,9 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -21,14 +22,14 @@ import numpy as np
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.io.header import number
 from mocap_metrology.io.labels import find_points
+from mocap_metrology.io.recording import read_take
 from mocap_metrology.io.text import table
 from mocap_metrology.io.text.columns import BODY_LABEL
-from mocap_metrology.io.text.layout import Layout, RotationColumns, check_text, lines, rate
-from mocap_metrology.io.text.read import read_text
+from mocap_metrology.io.text.layout import Layout, RotationColumns, lines, rate
+from mocap_metrology.io.text.read import readers
 from mocap_metrology.io.text.rows import Floats
 from mocap_metrology.io.units import METRE, LengthUnit
 
-WHAT = "a text of poses (12 numbers a line) or a table with a name over each column"
 POSITION = (3, 7, 11)
 MATRIX = (0, 1, 2, 4, 5, 6, 8, 9, 10)
 BODIES = re.compile(r"bodies:\s*([^:#]*?)(?=\s*(?:$|#|\w+:))")
@@ -41,7 +42,6 @@ PARTS = 4  # series of three numbers: the position, and up to nine numbers of a 
 def layout(path: Path) -> Layout:
     """Read the first lines of a text of poses; the position of a matrix is that of one marker,
     `tracker`. Columns with names are a table."""
-    check_text(path, WHAT)
     head = []
     for line in itertools.islice(lines(path), 20):
         if line.text.startswith("#"):
@@ -78,12 +78,13 @@ def layout(path: Path) -> Layout:
         frame_rate_hz=told,
         unit=METRE,
         delimiter=" ",
-        data_line=line.number,
-        data_offset=line.start,
+        first=line,
         n_columns=size * n,
         full_rows=True,
         notes=(table.REQUESTED.format(told),) if told else (),
-        rotations={k: RotationColumns(_places(turn, size, k), kind) for k in range(n)},
+        rotations={
+            k: RotationColumns(tuple(column + size * k for column in turn), kind) for k in range(n)
+        },
     )
 
 
@@ -96,27 +97,17 @@ def _bodies(said: str, file: str) -> tuple[str, ...]:
     return names
 
 
-def _places(columns: Sequence[int], size: int, body: int) -> tuple[int, ...]:
-    return tuple(column + size * body for column in columns)
-
-
 def read_orientation(
-    header: Callable[[Path], Layout],
-    paths: Sequence[Path],
-    marker: str,
-    frame_rate_hz: float | None = None,
-    accept_truncated: bool = False,
+    headers: Sequence[Layout], marker: str, frame_rate_hz: float | None, accept_truncated: bool
 ) -> Floats:
     """Unit quaternions x, y, z, w (4, n) that turn the axes of a body into those of the room, in
-    the frames of `read_text`; their sign does not jump; NaN where the body was not seen.
+    the frames of `readers`; their sign does not jump; NaN where the body was not seen.
 
     Refuses a marker without orientation, and numbers that are no rotation.
     """
-    names = [f"part {k}" for k in range(PARTS)]
-    kinds = set()
-
-    def parts(path: Path) -> Layout:
-        first = header(path)
+    names = tuple(f"part {k}" for k in range(PARTS))
+    kinds, files = set(), []
+    for first in headers:
         place = find_points(first.labels, [marker], first.name)[0]
         if place not in first.rotations:
             raise Refusal(f"{first.name}: {marker!r} is a marker, which has no orientation")
@@ -124,17 +115,15 @@ def read_orientation(
         kinds.add(rotation.kind)
         cells = [*first.columns[place], *rotation.columns]
         cells += cells[-1:] * (3 * PARTS - len(cells))
-        starts = range(0, 3 * PARTS, 3)
-        three = tuple((cells[i], cells[i + 1], cells[i + 2]) for i in starts)
-        return replace(first, labels=tuple(names), columns=three, unit=NO_LENGTH, remarks={})
-
-    recording = read_text(parts, paths, names, frame_rate_hz, accept_truncated)
+        three = tuple((cells[i], cells[i + 1], cells[i + 2]) for i in range(0, 3 * PARTS, 3))
+        files.append(replace(first, labels=names, columns=three, unit=NO_LENGTH, remarks={}))
+    recording = read_take(files, readers, names, frame_rate_hz, None, False, accept_truncated)
     values = recording.position_mm.reshape(3 * PARTS, -1).astype(np.float64, copy=False)
     seen = np.isfinite(values).all(axis=0)
     if not seen.any():
-        raise Refusal(f"{paths[0].name}: {marker!r} has no orientation in any frame")
+        raise Refusal(f"{files[0].name}: {marker!r} has no orientation in any frame")
     xyzw = np.full((4, values.shape[1]), np.nan)
-    xyzw[:, seen] = _quaternions(values[3:, seen], kinds.pop(), paths[0].name, marker)
+    xyzw[:, seen] = _quaternions(values[3:, seen], kinds.pop(), files[0].name, marker)
     return xyzw
 
 
@@ -143,26 +132,20 @@ def _quaternions(values: Floats, kind: str, file: str, marker: str) -> Floats:
     from scipy.spatial.transform import Rotation
 
     if kind == "matrix":
-        matrices = values.T.reshape(-1, 3, 3)
-        off = np.abs(matrices @ matrices.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
-        wrong = (off > ORTHOGONAL) | (np.linalg.det(matrices) < 0)
+        numbers, made = values.T.reshape(-1, 3, 3), Rotation.from_matrix
+        off = np.abs(numbers @ numbers.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
+        wrong = (off > ORTHOGONAL) | (np.linalg.det(numbers) < 0)
     elif kind == "quaternion":
-        matrices = values[:4].T
-        wrong = np.abs(np.linalg.norm(matrices, axis=1) - 1) > ORTHOGONAL
+        numbers, made = values[:4].T, Rotation.from_quat
+        wrong = np.abs(np.linalg.norm(numbers, axis=1) - 1) > ORTHOGONAL
     else:
-        matrices = values[:3].T
-        wrong = np.abs(matrices).max(axis=1) > 360
+        numbers, made = values[:3].T, partial(Rotation.from_euler, kind, degrees=True)
+        wrong = np.abs(numbers).max(axis=1) > 360
     if wrong.any():
         what = "angles" if len(kind) == 3 else f"a {kind}"
         frame = int(np.argmax(wrong)) + 1
         raise Refusal(f"{file}: {marker!r}: {what} of no rotation, first in seen frame {frame}")
-    if kind == "matrix":
-        turn = Rotation.from_matrix(matrices)
-    elif kind == "quaternion":
-        turn = Rotation.from_quat(matrices)
-    else:
-        turn = Rotation.from_euler(kind, matrices, degrees=True)
-    return _without_jumps(turn.as_quat()).T
+    return _without_jumps(made(numbers).as_quat()).T
 
 
 def _without_jumps(quaternions: Floats) -> Floats:

@@ -23,7 +23,6 @@ from mocap_metrology.io.text.layout import (
     Layout,
     Line,
     RotationColumns,
-    check_text,
     count,
     lines,
     named,
@@ -45,7 +44,6 @@ TYPES = {
 
 def layout(path: Path) -> Layout:
     """Read the header of a Qualisys TSV file; refuses what is none or contradicts itself."""
-    check_text(path, WHAT)
     fields, titles, first, delimiter = _header(path)
     included = fields.get("DATA_INCLUDED", ["3D"])[0].upper()
     if included not in ("3D", "6D"):
@@ -67,8 +65,7 @@ def layout(path: Path) -> Layout:
         frame_rate_hz=rate(fields.get("FREQUENCY", [""])[0], path.name),
         unit=MILLIMETRE,
         delimiter=delimiter,
-        data_line=first.number,
-        data_offset=first.start,
+        first=first,
         n_columns=len(leading) + width,
         frame_column=leading.index("frame") if "frame" in leading else None,
         time_column=leading.index("time") if "time" in leading else None,

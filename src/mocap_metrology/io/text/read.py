@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -16,17 +14,12 @@ from mocap_metrology.io.recording import (
     Array,
     Choice,
     Contents,
-    Recording,
     SegmentReader,
-    assemble,
-    choose,
     exclude_sentinels,
-    plan_by_numbers,
 )
-from mocap_metrology.io.resolution import SAMPLE, text_resolution
+from mocap_metrology.io.resolution import SAMPLE, decimals, text_resolution
 from mocap_metrology.io.text.layout import NULLS, Layout, cells_of
 from mocap_metrology.io.text.rows import Floats, Rows, line_of, read_rows
-from mocap_metrology.io.units import Unit
 
 NO_OPINION = "not asked (text)"
 RATE_TOLERANCE = 1e-3
@@ -34,72 +27,41 @@ RATE_TOLERANCE = 1e-3
 Whole = npt.NDArray[np.int64]
 
 
-@dataclass(frozen=True)
-class Frames:
-    """Frames of one file: `n_frames` from the first, number `first_frame`, to the last; `index`
-    (n,) of each row from 0, None where no frame is missing."""
-
-    name: str
-    first_frame: int
-    n_frames: int
-    index: Whole | None
-    notes: tuple[str, ...]
-
-
-def read_text(
-    header: Callable[[Path], Layout],
-    paths: Sequence[Path],
-    markers: Sequence[str],
-    frame_rate_hz: float | None = None,
-    accept_truncated: bool = False,
-    unit: Unit | None = None,
-) -> Recording:
-    """Positions of `markers` in text files whose headers `header` reads.
-
-    Arguments as of `io.read.read_recording`. `n_invalid` by `empty`, `zero`, `not_finite`; frames
-    whose numbers are missing count as `n_gap_frames`.
-    """
-    headers = [header(path) for path in paths]
-    files = [replace(file, unit=file.unit.stated(unit, file.name)) for file in headers]
-    choice = choose(files, markers, frame_rate_hz)
-    rows = [read_rows(file, choice.points, accept_truncated) for file in files]
-    frames = [
-        find_frames(file, part, choice.frame_rate_hz, accept_truncated)
-        for file, part in zip(files, rows, strict=True)
-    ]
-    plan = plan_by_numbers(frames, [part.first_frame for part in frames])
-    readers = [_segment_reader(files[i], choice, rows[i], frames[i]) for i in plan.order]
-    return assemble(readers, plan, choice, readers[0].path.name)
-
-
-def _segment_reader(layout: Layout, choice: Choice, rows: Rows, frames: Frames) -> SegmentReader:
-    return SegmentReader(
-        path=layout.path,
-        unit=layout.unit,
-        encoding=layout.encoding,
-        first_frame=frames.first_frame,
-        n_frames=frames.n_frames,
-        n_measured=rows.n,
-        frame_count_source=layout.declared[0] if layout.declared else "rows",
-        dtype=np.dtype(np.float64),
-        read=partial(_read_segment, layout, choice, rows, frames),
-    )
+def readers(files: Sequence[Layout], choice: Choice) -> list[SegmentReader]:
+    """How each file is read, whose rows are read at once. `n_invalid` by `empty`, `zero`,
+    `not_finite`; frames whose numbers are missing count as `n_gap_frames`."""
+    every = []
+    for layout in files:
+        rows = read_rows(layout, choice.points, choice.accept_truncated)
+        first, span, index = find_frames(layout, rows, choice)
+        every.append(
+            SegmentReader(
+                file=layout,
+                first_frame=first,
+                number=first,
+                n_frames=span,
+                n_measured=rows.n,
+                frame_count_source=layout.declared[0] if layout.declared else "rows",
+                dtype=np.dtype(np.float64),
+                read=partial(_read_segment, layout, choice, rows, index),
+            )
+        )
+    return every
 
 
 def _read_segment(
-    layout: Layout, choice: Choice, rows: Rows, frames: Frames, out: Array
+    layout: Layout, choice: Choice, rows: Rows, index: Whole | None, out: Array
 ) -> Contents:
     """Copy the rows of one file to their frames in `out`."""
     sample = rows.blocks[0][:, :SAMPLE]
-    _fill(out, rows, frames.index, layout.unit.mm)
+    _fill(out, rows, index, layout.unit.mm)
     n = None if layout.unit.name else 1  # of numbers without a unit the first three are a position
-    of = out[:n], choice.labels[:n], rows.counts[:n]
-    said = exclude_sentinels(*of, layout.unit.mm, layout.name)
+    said = exclude_sentinels(out[:n], choice.labels[:n], rows.counts[:n], layout.unit.mm)
     table = [cells_of(line, layout.delimiter) for line in rows.head[:SAMPLE]]
     columns = [c for point in choice.points for c in layout.columns[point]]
     written = [{row[c] for row in table if c < len(row)} - set(NULLS) for c in columns]
     resolution = text_resolution(out, layout.unit.mm, written, sample)
-    notes = [*_notes(layout, choice, rows, frames), *said]
+    notes = [*rows.notes, *_notes(layout, choice, rows), *said]
     return Contents(rows.counts, resolution, NO_OPINION, notes)
 
 
@@ -116,30 +78,30 @@ def _fill(out: Array, rows: Rows, index: Whole | None, mm_per_unit: float) -> No
         start = stop
 
 
-def _notes(layout: Layout, choice: Choice, rows: Rows, frames: Frames) -> list[str]:
-    said = (*layout.notes, layout.unit.remark, *frames.notes)
-    notes = [f"{layout.name}: {text}" for text in said if text]
-    for k, (label, point) in enumerate(zip(choice.labels, choice.points, strict=True)):
-        where, zeros = f"{layout.name}: {label}", rows.counts[k]["zero"]
+def _notes(layout: Layout, choice: Choice, rows: Rows) -> list[str]:
+    """What to say of the chosen labels."""
+    notes = []
+    for label, point, counts in zip(choice.labels, choice.points, rows.counts, strict=True):
         if point in layout.remarks:
-            notes.append(f"{where}: {layout.remarks[point]}")
-        if zeros and layout.zero_note:
-            notes.append(f"{where}: x = y = z = 0 in {zeros} frames, {layout.zero_note}")
+            notes.append(f"{label}: {layout.remarks[point]}")
+        if counts["zero"] and layout.zero_note:
+            notes.append(f"{label}: x = y = z = 0 in {counts['zero']} frames, {layout.zero_note}")
     return notes
 
 
-def find_frames(layout: Layout, rows: Rows, rate: float, accept_truncated: bool) -> Frames:
-    """Check frame numbers, times and the declared count of a file at `rate` Hz.
+def find_frames(layout: Layout, rows: Rows, choice: Choice) -> tuple[int, int, Whole | None]:
+    """Number of the first frame of a file, how many there are to its last, and the index (n,) of
+    each row from 0, None where no frame is missing; with remarks in the notes of the rows.
 
     Frame numbers with holes, or times where there are no numbers, say which frames are missing.
     Refuses numbers that do not grow, times that do not fit, and other counts than declared.
     """
-    notes = list(rows.notes)
+    notes = rows.notes
     steps, first = np.ones(rows.n - 1, np.int64), 1
     if rows.frame is not None:
         steps, first = _by_number(layout, rows.frame, notes)
     if rows.time is not None:
-        steps = _by_time(layout, rows, rows.time, steps, rate, notes)
+        steps = _by_time(layout, rows, rows.time, steps, choice.frame_rate_hz, notes)
     span = int(steps.sum()) + 1
     missing = span - rows.n
     if missing > LONGEST_GAP * rows.n:
@@ -154,9 +116,9 @@ def find_frames(layout: Layout, rows: Rows, rate: float, accept_truncated: bool)
             f"{missing} frames are missing in {holes} places, the first before line "
             f"{line_of(layout, row + 1)}: treated as gaps"
         )
-    notes += _check_declared(layout, rows, span, accept_truncated)
+    notes += _check_declared(layout, rows, span, choice.accept_truncated)
     index = np.concatenate([[0], np.cumsum(steps)]) if missing else None
-    return Frames(layout.name, first, span, index, tuple(notes))
+    return first, span, index
 
 
 def _by_number(layout: Layout, frame: Floats, notes: list[str]) -> tuple[Whole, int]:
@@ -203,7 +165,9 @@ def _by_time(
             f"{layout.name}: its times do not increase: {time[0]:.10g} s in line "
             f"{line_of(layout, 0)}, {time[-1]:.10g} s in line {line_of(layout, rows.n - 1)}"
         )
-    rounding = layout.second * 10.0 ** -_time_decimals(layout, rows)
+    table, c = [cells_of(line, layout.delimiter) for line in rows.head[:1000]], layout.time_column
+    written = max((decimals(row[c]) for row in table if c is not None and c < len(row)), default=0)
+    rounding = layout.second * 10.0**-written
     intervals = np.diff(time) * rate
     if rows.frame is None and rate * rounding < 0.25:
         steps = np.maximum(np.round(intervals), 1).astype(np.int64)
@@ -226,15 +190,6 @@ def _by_time(
     if abs(mean / rate - 1) > RATE_TOLERANCE + rounding / duration:
         raise _rates_differ(layout, rate, mean)
     return steps
-
-
-def _time_decimals(layout: Layout, rows: Rows) -> int:
-    """Most decimals of a time as written, in the first rows."""
-    table = [cells_of(line, layout.delimiter) for line in rows.head[:1000]]
-    cells = [
-        row[c] for row in table for c in [layout.time_column] if c is not None and c < len(row)
-    ]
-    return max((len(cell.replace(",", ".").partition(".")[2]) for cell in cells), default=0)
 
 
 def _rates_differ(layout: Layout, rate: float, mean: float) -> Refusal:

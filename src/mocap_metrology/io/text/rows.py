@@ -79,7 +79,7 @@ def read_rows(layout: Layout, points: Sequence[int], accept_truncated: bool) -> 
 
 def line_of(layout: Layout, row: int) -> int:
     """Number of the line of a row (from 0); slow, for messages."""
-    for line in lines(layout.path, layout.data_offset, layout.data_line):
+    for line in lines(layout.path, layout.first.start, layout.first.number):
         if not _is_blank(layout, line.text, 0):
             row -= 1
         if row < 0:
@@ -106,9 +106,9 @@ def _first_blank(layout: Layout) -> float:
 
 def _blocks(layout: Layout, rows: Rows, accept_truncated: bool) -> Iterator[tuple[bytes, int]]:
     """Whole lines, and the number of the first; the last line is looked at if it has no end."""
-    rest, line = b"", layout.data_line
+    rest, line = b"", layout.first.number
     with layout.path.open("rb") as stream:
-        stream.seek(layout.data_offset)
+        stream.seek(layout.first.start)
         while chunk := stream.read(BLOCK_BYTES):
             chunk = rest + chunk
             cut = chunk.rfind(b"\n") + 1
@@ -298,7 +298,7 @@ def _wrong_cell(
     layout: Layout, first: int, wanted: Sequence[int], point: str, error: str
 ) -> Refusal:
     """The refusal that names line and column of the first cell that is no number."""
-    for line in lines(layout.path, layout.data_offset, layout.data_line):
+    for line in lines(layout.path, layout.first.start, layout.first.number):
         if line.number < first:
             continue
         cells = line.cells(layout.delimiter)

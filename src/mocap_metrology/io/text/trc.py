@@ -25,6 +25,7 @@ from mocap_metrology.io.text.layout import (
     Line,
     check_text,
     count,
+    declared,
     lines,
     named,
     rate,
@@ -54,7 +55,6 @@ def layout(path: Path) -> Layout:
     fields = _fields(head[1], head[2], delimiter, path.name)
     first = _data(head, delimiter, path.name)
     labels, more = _labels(head[3], first, fields, delimiter, path.name)
-    declared = fields.get("NumFrames", "")
     zeros = head[3].cells(delimiter)[1].lower() == MATLAB
     return Layout(
         path=path,
@@ -64,12 +64,11 @@ def layout(path: Path) -> Layout:
         frame_rate_hz=rate(fields.get("DataRate", ""), path.name),
         unit=read_unit([fields.get("Units", "")], "Units", path.name),
         delimiter=delimiter,
-        data_line=first.number,
-        data_offset=first.start,
+        first=first,
         n_columns=2 + 3 * len(labels),
         frame_column=0,
         time_column=1,
-        declared=("NumFrames", count(declared, "NumFrames", path.name)) if declared else None,
+        declared=declared(fields, "NumFrames", path.name),
         zero_is_gap=zeros,
         zero_note="treated as gaps: its writer (Times in line 4) fills them with zeros",
         notes=more,

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -14,9 +15,6 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.lighthouse.decode.turns import PERIOD_S, PLANE_RAD
 from mocap_metrology.lighthouse.records import AXES, ROLES, Hits
 from mocap_metrology.lighthouse.timing import CYCLE_S
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 NEEDED = ("station", "axis", "cycle", "diode", "time_s", "angle_rad")
 EXPECTED = "columns " + ",".join(NEEDED) + " and, if known, width_us"
@@ -51,17 +49,15 @@ def read_angles(path: str | Path) -> tuple[Hits, tuple[int, ...]]:
     """
     name = Path(path).name
     table = _table(path, NEEDED, EXPECTED)
-    generation = table["generation"].str.strip() if "generation" in table else None
-    second = generation is not None and bool((generation == "2").all())
-    if generation is not None and not second:
+    generation = np.array([cell.strip() for cell in table.get("generation", [])], str)
+    if not (second := generation.size > 0 and bool((generation == "2").all())):
         words = "generation is {!r}; expected 1 in all rows or 2 in all rows"
-        _refuse_first((generation != "1").to_numpy(), table["generation"], name, words)
+        _refuse_first(generation != "1", table.get("generation", []), name, words)
     named = {str(k): k for k in range(PERIOD_S.size)} if second else STATIONS
-    station = table["station"].str.strip().str.lower().map(named)
+    station = np.array([named.get(cell.strip().lower(), np.nan) for cell in table["station"]])
     words = "station is {!r}; expected " + ("a channel, 0 to 15" if second else "master or slave")
-    _refuse_first(station.isna().to_numpy(), table["station"], name, words)
-    columns = {"station": station.to_numpy(float)}
-    columns |= _numbers(table, [c for c in (*NEEDED[1:], "width_us") if c in table], name)
+    _refuse_first(np.isnan(station), table["station"], name, words)
+    columns = {"station": station} | numbers_of(table, (*NEEDED[1:], "width_us"), name)
     _check(columns, name, second)
     channels = np.unique(columns["station"]).astype(int)
     if second:
@@ -83,9 +79,10 @@ def read_counts(path: str | Path) -> tuple[Hits, tuple[int, ...]]:
     """
     name = Path(path).name
     table = _table(path, COUNTS, f"columns {','.join(COUNTS)} and diode")
-    columns = _numbers(table, [c for c in (*COUNTS, "diode") if c in table], name)
-    channel, diode = columns["channel"], columns.get("diode", np.zeros(len(table)))
-    _check_whole({"channel": channel, "diode": diode}, OF_COUNTS, name)
+    columns = numbers_of(table, (*COUNTS, "diode"), name)
+    channel = columns["channel"]
+    diode = columns.get("diode", np.zeros(channel.size))
+    check_whole({"channel": channel, "diode": diode}, OF_COUNTS, name)
     period = PERIOD_S[channel.astype(int)]
     count = np.sort(np.stack([columns["count_0"], columns["count_1"]]), axis=0)
     rotor = 2 * np.pi * count / (COUNT_HZ * period)
@@ -94,7 +91,7 @@ def read_counts(path: str | Path) -> tuple[Hits, tuple[int, ...]]:
     _refuse_first(bad, columns["count_1"], name, words)
     channels = np.unique(channel).astype(int)
     time_s = columns["time_s"]
-    n = len(table)
+    n = channel.size
     turn = _turns(time_s - count[0] / COUNT_HZ, channel)
     keys = np.stack([channel, turn, diode])
     other = np.unique(np.vstack([keys, count]), axis=1).shape[1] - np.unique(keys, axis=1).shape[1]
@@ -130,39 +127,42 @@ def _turns(begin_s: np.ndarray, channel: np.ndarray) -> np.ndarray:
     return turn
 
 
-def _table(path: str | Path, needed: tuple[str, ...], expected: str) -> pd.DataFrame:
-    import pandas as pd
-
-    name = Path(path).name
-    table = pd.DataFrame(spreadsheet.columns(path, f"a CSV: {expected}"), dtype=str)
-    missing = [column for column in needed if column not in table.columns]
-    if missing:
+def _table(path: str | Path, needed: tuple[str, ...], expected: str) -> dict[str, list[str]]:
+    name, table = Path(path).name, spreadsheet.columns(path, f"a CSV: {expected}")
+    if missing := [column for column in needed if column not in table]:
         raise Refusal(f"{name}: no column {', '.join(missing)}; expected {expected}")
-    if table.empty:
+    if not table[needed[0]]:
         raise Refusal(f"{name}: no rows; expected one row per hit of a diode")
     return table
 
 
-def _numbers(table: pd.DataFrame, names: list[str], name: str) -> dict[str, np.ndarray]:
-    import pandas as pd
-
+def numbers_of(
+    table: Mapping[str, Sequence[str]], names: Sequence[str], file: str
+) -> dict[str, np.ndarray]:
+    """Those of the named columns that a table has, as finite numbers; refuses any other cell."""
     columns = {}
-    for column in names:
-        values = pd.to_numeric(table[column], errors="coerce").to_numpy(np.float64)
+    for column in [name for name in names if name in table]:
+        cells = table[column]
+        columns[column] = values = np.full(len(cells), np.nan)
+        for row, cell in enumerate(cells):
+            with suppress(ValueError):
+                values[row] = spreadsheet.number(cell)
         words = column + " is {!r}; expected a finite number"
-        _refuse_first(~np.isfinite(values), table[column], name, words)
-        columns[column] = values
+        _refuse_first(~np.isfinite(values), cells, file, words)
     return columns
 
 
-def _refuse_first(bad: np.ndarray, cells: Iterable[object], name: str, words: str) -> None:
+def _refuse_first(
+    bad: np.ndarray, cells: Sequence[Any] | np.ndarray, name: str, words: str
+) -> None:
     """Refuse the first row that is bad, naming its cell."""
     if bad.any():
         row = int(np.argmax(bad))
-        raise Refusal(f"{name}, row {row + 1}: " + words.format(list(cells)[row]))
+        raise Refusal(f"{name}, row {row + 1}: " + words.format(cells[row]))
 
 
-def _check_whole(columns: Mapping[str, np.ndarray], expected: Sequence[Whole], name: str) -> None:
+def check_whole(columns: Mapping[str, np.ndarray], expected: Sequence[Whole], name: str) -> None:
+    """Refuse the first value of some columns that is no whole number in its range."""
     for column, least, most, words in expected:
         values = columns[column]
         bad = (values != np.round(values)) | (values < least) | (values > most)
@@ -170,7 +170,7 @@ def _check_whole(columns: Mapping[str, np.ndarray], expected: Sequence[Whole], n
 
 
 def _check(columns: dict[str, np.ndarray], name: str, second: bool) -> None:
-    _check_whole(columns, WHOLE, name)
+    check_whole(columns, WHOLE, name)
     keys = np.stack([columns[name] for name in ("station", "axis", "cycle", "diode")])
     _, first, count = np.unique(keys, axis=1, return_index=True, return_counts=True)
     if (count > 1).any():

@@ -13,13 +13,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy import ndimage
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.hampel import MAD_TO_SIGMA, hampel
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.decode.gates import FULL, Cleaning, gate_sweeps, gate_turns
 from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt
-from mocap_metrology.lighthouse.records import Hits, Measurements
+from mocap_metrology.lighthouse.records import Hits, Measurements, is_new
 from mocap_metrology.lighthouse.rotor import angles, rotor_parameters
 
 STILL_RAD = 0.5e-3  # 1 mm at 2 m
@@ -81,14 +82,12 @@ def clean_turn_hits(
 
 def sweep_medians(hits: Hits) -> np.ndarray:
     """Median angle of the sweep of each hit."""
+    if not len(hits):
+        return hits.angle_rad
     order, first = hits.by_sweep()
-    count = np.diff(first, append=order.size)
-    sweep = np.repeat(np.arange(first.size), count)
-    ranked = hits.angle_rad[order][np.lexsort((hits.angle_rad[order], sweep))]
-    middle = 0.5 * (ranked[first + (count - 1) // 2] + ranked[first + count // 2])
-    result = np.empty(len(hits))
-    result[order] = middle[sweep]
-    return result
+    sweep = np.empty(len(hits), np.int64)
+    sweep[order] = np.repeat(np.arange(first.size), np.diff(first, append=order.size))
+    return np.asarray(ndimage.median(hits.angle_rad, sweep, np.arange(first.size)))[sweep]
 
 
 def sweep_outliers(
@@ -128,8 +127,7 @@ def neighbour_outliers(hits: Hits, board: np.ndarray, cleaning: Cleaning) -> np.
     if order.size:
         cycle = hits.cycle[order].astype(np.int64)
         laser = 2 * hits.station[order].astype(np.int64) + hits.axis[order]
-        new = (np.diff(laser, prepend=-1) != 0) | (np.diff(cycle, prepend=cycle[0]) != 0)
-        first = np.flatnonzero(new)
+        first = np.flatnonzero(is_new(laser, cycle))
         angle, where = hits.angle_rad[order], _directions(board)[hits.diode[order]]
         sweeps = cycle[first], laser[first], np.append(first, order.size)
         wrong[order] = gate_turns(angle, where, *sweeps, cleaning)

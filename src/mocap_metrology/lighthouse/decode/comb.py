@@ -10,6 +10,7 @@ cycles: only the data bit is free, and its two lengths are two steps apart.
 from __future__ import annotations
 
 import numpy as np
+from scipy import ndimage
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
@@ -142,12 +143,9 @@ def drift(cycle: np.ndarray, residual: np.ndarray, at: np.ndarray) -> np.ndarray
     result = np.zeros(at.size)
     for rotor in (0, 1):
         of_rotor, wanted = cycle % 2 == rotor, at % 2 == rotor
-        n = np.count_nonzero(of_rotor)
-        if n >= MEDIAN_OF:
-            half = MEDIAN_OF // 2
-            padded = np.pad(residual[of_rotor], half, mode="symmetric")
-            windows = np.lib.stride_tricks.sliding_window_view(padded, MEDIAN_OF)
-            result[wanted] = np.interp(at[wanted], cycle[of_rotor], np.median(windows, axis=1))
+        if np.count_nonzero(of_rotor) >= MEDIAN_OF:
+            middle = ndimage.median_filter(residual[of_rotor], MEDIAN_OF)
+            result[wanted] = np.interp(at[wanted], cycle[of_rotor], middle)
     return result
 
 

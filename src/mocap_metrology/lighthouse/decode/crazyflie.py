@@ -29,6 +29,7 @@ import numpy as np
 from mocap_metrology.common import spreadsheet
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.types import Integers
+from mocap_metrology.lighthouse.decode.angles_csv import check_whole, numbers_of
 from mocap_metrology.lighthouse.decode.turns import PERIOD_S, Light
 
 FRAME = 12
@@ -119,19 +120,19 @@ def read_log(path: str | Path) -> Light:
     """Light out of a log, or of a CSV with its columns. Raises `Refusal` for a file that is
     neither, or has no such event."""
     name, data = Path(path).name, _bytes(path)
-    table = _events(data, name) if data[:1] == bytes([MAGIC]) else _table(path, name)
+    if data[:1] == bytes([MAGIC]):
+        table = _events(data, name)
+    else:
+        expected = f"a log of the Crazyflie with event {EVENT}, or its columns as a CSV"
+        table = numbers_of(spreadsheet.columns(path, expected), NEEDED + STAMPS, name)
     missing = [column for column in NEEDED if column not in table]
     stamps = [column for column in STAMPS if column in table]
     if missing or not stamps:
         raise Refusal(f"{name}: no {', '.join(missing or STAMPS[:1])}; expected {NEEDED + STAMPS}")
-    for column in (*NEEDED, stamps[0]):
-        values = table[column]
-        most = SENSORS if column == "sensor" else 1 << 53
-        bad = ~((values >= 0) & (values < most) & (values == np.floor(values)))
-        if bad.any():
-            raise Refusal(f"{name}: {column} is {values[np.argmax(bad)]:g}; expected a count")
-        if not values.size:
-            raise Refusal(f"{name}: no rows; expected one row per pulse")
+    if not table[stamps[0]].size:
+        raise Refusal(f"{name}: no rows; expected one row per pulse")
+    whole = ((column, 0, 1 << 53, "a count") for column in (*NEEDED[1:], stamps[0]))
+    check_whole(table, [("sensor", 0, SENSORS - 1, "a count"), *whole], name)
     sensor, station, offset, stamp = (
         table[column].astype(np.int64) for column in (*NEEDED, stamps[0])
     )
@@ -194,21 +195,6 @@ def _events(data: bytes, name: str) -> Mapping[str, np.ndarray]:
         raise Refusal(f"{name}: no event {EVENT}; expected a log with the pulses of the deck")
     table = np.array([struct.unpack_from(code, data, row) for row in rows], dtype=np.float64)
     return dict(zip(names, table.T, strict=True))
-
-
-def _table(path: str | Path, name: str) -> Mapping[str, np.ndarray]:
-    expected = f"a log of the Crazyflie with event {EVENT}, or its columns as a CSV"
-    found = {}
-    for column, cells in spreadsheet.columns(path, expected).items():
-        values: list[float] = []
-        try:
-            if column in NEEDED + STAMPS:
-                values.extend(map(spreadsheet.number, cells))
-                found[column] = np.array(values)
-        except ValueError:
-            what = f"{column} is {cells[len(values)][:30]!r}; expected {expected}"
-            raise Refusal(f"{name}, row {len(values) + 1}: {what}") from None
-    return found
 
 
 def _light(

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
-from mocap_metrology.lighthouse.records import Hits, Pulses
+from mocap_metrology.lighthouse.records import Hits, Pulses, is_new
 
 SAMPLE_RATE_HZ = 2e6
 BITS = 32
@@ -156,65 +156,48 @@ def check_byte_order(hits: Hits, board: np.ndarray, name: str) -> None:
     sweeps = _full_sweeps(hits)
     if len(sweeps) < 8:
         return
-    as_read = [_fit(hits, one, board) for one in sweeps]
-    swapped = [_fit(hits, one, board[SWAPPED]) for one in sweeps]
-    misfit, misfit_swapped = (
-        float(np.quantile([rms for rms, _ in fits], CALM)) for fits in (as_read, swapped)
+    (rms, turned), (rms_swapped, turned_swapped) = (
+        _fits(hits, sweeps, places) for places in (board, board[SWAPPED])
     )
+    misfit, misfit_swapped = (float(np.quantile(one, CALM)) for one in (rms, rms_swapped))
     if misfit > MISFIT_RAD and misfit_swapped < BETTER * misfit:
         raise Refusal(
             f"{name}: the sweeps fit the board to {1e3 * misfit:.1f} mrad as read, to"
             f" {1e3 * misfit_swapped:.1f} mrad with the bytes swapped; expected little-endian"
             " words, and a board file in the order of the diodes"
         )
-    if np.ptp(board[:, 0]) < 1e-6 and BETTER * misfit_swapped < misfit:
-        behind = _share_from_behind(hits, sweeps, as_read)
-        behind_swapped = _share_from_behind(hits, sweeps, swapped)
-        if behind > AGREE and behind_swapped < 1 - AGREE:
-            raise Refusal(
-                f"{name}: the stations see the mirror image of the board: in the board file a"
-                " coordinate has the wrong sign, two columns are exchanged or the diodes are in"
-                " another order, or the words of the dump are big-endian; expected a board that"
-                " faces +x, and little-endian words"
-            )
+    mirrored = turned.size and turned.mean() > AGREE and turned_swapped.mean() < 1 - AGREE
+    if np.ptp(board[:, 0]) < 1e-6 and BETTER * misfit_swapped < misfit and mirrored:
+        raise Refusal(
+            f"{name}: the stations see the mirror image of the board: in the board file a"
+            " coordinate has the wrong sign, two columns are exchanged or the diodes are in"
+            " another order, or the words of the dump are big-endian; expected a board that"
+            " faces +x, and little-endian words"
+        )
 
 
 def _full_sweeps(hits: Hits) -> list[np.ndarray]:
     """Indices of the hits of sweeps with enough of them, in order of time, evenly chosen pairs."""
     order = np.lexsort((hits.cycle, hits.station))
-    new = (np.diff(hits.cycle[order], prepend=-1) != 0) | (
-        np.diff(hits.station[order], prepend=-1) != 0
-    )
-    sweeps = np.split(order, np.flatnonzero(new)[1:]) if order.size else []
-    sweeps = [one for one in sweeps if one.size >= ENOUGH_HITS]
+    first = np.flatnonzero(is_new(hits.cycle[order], hits.station[order]))
+    sweeps = [one for one in np.split(order, first[1:]) if one.size >= ENOUGH_HITS]
     step = max(1, 2 * len(sweeps) // ENOUGH_SWEEPS)
     return [one for k, one in enumerate(sweeps) if k // 2 % step == 0]
 
 
-def _fit(hits: Hits, one: np.ndarray, board: np.ndarray) -> tuple[float, np.ndarray]:
-    """Rms in rad and gradient of the affine fit of a sweep."""
-    design = np.column_stack([np.ones(one.size), board[hits.diode[one]]])
-    angle = hits.angle_rad[one]
-    solution, *_ = np.linalg.lstsq(design, angle, rcond=1e-9)
-    return float(np.sqrt(np.mean((angle - design @ solution) ** 2))), solution[1:]
-
-
-def _share_from_behind(
-    hits: Hits, sweeps: list[np.ndarray], fits: list[tuple[float, np.ndarray]]
-) -> float:
-    """Share of azimuth and elevation sweeps running that turn the board's y, z the wrong way.
-
-    From the front, azimuth falls along y and elevation rises along z: the determinant of the two
-    gradients is negative.
-    """
-    wrong = []
-    for k in range(len(sweeps) - 1):
-        a, b = sweeps[k][0], sweeps[k + 1][0]
-        if (
-            hits.station[a] == hits.station[b]
-            and hits.cycle[b] - hits.cycle[a] == 1
-            and (hits.axis[a], hits.axis[b]) == (0, 1)
-        ):
-            azimuth, elevation = fits[k][1], fits[k + 1][1]
-            wrong.append(azimuth[1] * elevation[2] - azimuth[2] * elevation[1] > 0)
-    return float(np.mean(wrong)) if wrong else 0.5
+def _fits(hits: Hits, sweeps: list[np.ndarray], board: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rms in rad of the affine fits of sweeps; and of each azimuth sweep that an elevation sweep of
+    the station follows, whether both turn the board's y, z the wrong way: from the front, azimuth
+    falls along y and elevation rises along z, the determinant of the gradients is negative."""
+    fits = []
+    for one in sweeps:
+        design = np.column_stack([np.ones(one.size), board[hits.diode[one]]])
+        solution, *_ = np.linalg.lstsq(design, hits.angle_rad[one], rcond=1e-9)
+        rms = np.sqrt(np.mean((hits.angle_rad[one] - design @ solution) ** 2))
+        fits.append(np.r_[rms, solution[1:]])
+    rms, _, y, z = np.transpose(fits)
+    station, axis, cycle = (
+        x[[one[0] for one in sweeps]] for x in (hits.station, hits.axis, hits.cycle)
+    )
+    pair = (np.diff(station) == 0) & (np.diff(cycle) == 1) & (np.diff(axis) == 1)
+    return rms, (y[:-1] * z[1:] - z[:-1] * y[1:] > 0)[pair]

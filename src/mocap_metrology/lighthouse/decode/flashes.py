@@ -33,7 +33,7 @@ from mocap_metrology.lighthouse.decode.comb import (
     fit_clock,
     pattern_of,
 )
-from mocap_metrology.lighthouse.records import Clock, Flashes, Hits, Pulses
+from mocap_metrology.lighthouse.records import Clock, Flashes, Hits, Pulses, is_new
 from mocap_metrology.lighthouse.timing import CODE_STEP_S, CYCLE_S, TICKS_PER_S, axis_of, skip_of
 
 SHORTEST_S = 2250 / TICKS_PER_S
@@ -228,7 +228,7 @@ def _clock(cycle: np.ndarray, time: np.ndarray) -> Clock:
 
 def _events(start: np.ndarray, cycle: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Pulses by cycle (both rising): first pulse, cycle, and lower quartile of the starts."""
-    first = np.flatnonzero(np.diff(cycle, prepend=cycle[:1] - 1))
+    first = np.flatnonzero(is_new(cycle))
     count = np.diff(first, append=cycle.size)
     return first, cycle[first], start[first + (count - 1) // 4]
 
@@ -267,7 +267,7 @@ def _lengths(comb: _Comb, pattern: np.ndarray, bias: float) -> np.ndarray:
             length[of_diode] -= np.median(off(length)[of_diode])
     good = np.abs(off(length)) <= DECIDED_STEPS * CODE_STEP_S
     good |= ~np.logical_or.reduceat(good, comb.first)[comb.flash]
-    first = np.flatnonzero(np.diff(comb.flash[good], prepend=-1))
+    first = np.flatnonzero(is_new(comb.flash[good]))
     return replace(comb, length=length[good], diode=comb.diode[good], first=first).over_diodes()
 
 
@@ -327,21 +327,18 @@ def _longest_of_each(
     """The longest pulse of each diode in each sweep."""
     order = np.lexsort((-pulses.length_s[chosen], pulses.diode[chosen], cycle[chosen]))
     chosen = chosen[order]
-    again = (np.diff(cycle[chosen], prepend=-1) == 0) & (
-        np.diff(pulses.diode[chosen].astype(np.int64), prepend=-1) == 0
-    )
-    fate[chosen[again]] = SECOND
-    return chosen[~again]
+    first = is_new(cycle[chosen], pulses.diode[chosen])
+    fate[chosen[~first]] = SECOND
+    return chosen[first]
 
 
 def _gate_width(chosen: Integers, cycle: np.ndarray, pulses: Pulses, fate: np.ndarray) -> Integers:
     """Drop pulses far narrower or wider than the median of their sweep, of three or more."""
     if not chosen.size:
         return chosen
-    first = np.flatnonzero(np.diff(cycle[chosen], prepend=cycle[chosen[0]] - 1))
-    count = np.diff(first, append=chosen.size)
-    width, sweep = pulses.length_s[chosen], np.repeat(np.arange(first.size), count)
-    median = np.asarray(ndimage.median(width, sweep, np.arange(first.size)))[sweep]
+    width, sweep = pulses.length_s[chosen], np.cumsum(is_new(cycle[chosen])) - 1
+    count = np.bincount(sweep)
+    median = np.asarray(ndimage.median(width, sweep, np.arange(count.size)))[sweep]
     count = count[sweep]
     low = np.minimum(WIDTH_GATE[0] * median, ENOUGH_S * (1 - 1e-6))
     high = np.maximum(WIDTH_GATE[1] * median, 2 * ENOUGH_S)

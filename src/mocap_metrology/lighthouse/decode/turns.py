@@ -29,7 +29,7 @@ from mocap_metrology.lighthouse.decode.clean import sweep_medians
 from mocap_metrology.lighthouse.decode.comb import fit_clock
 from mocap_metrology.lighthouse.decode.flashes import counts_of
 from mocap_metrology.lighthouse.decode.wander import Delay, TurnClock, wander
-from mocap_metrology.lighthouse.records import Factory, Hits, Inertial, Pulses, Station
+from mocap_metrology.lighthouse.records import Factory, Hits, Inertial, Pulses, Station, is_new
 from mocap_metrology.lighthouse.timing import TICKS_PER_S
 
 PERIOD_TICKS = (
@@ -103,16 +103,14 @@ def find_turns(light: Light) -> tuple[list[Turns], list[str]]:
     for channel in np.unique(np.r_[light.begin_channel, light.hit_channel]):
         rows = np.flatnonzero(light.begin_channel == channel)
         rows = rows[np.argsort(light.begin_s[rows], kind="stable")]
-        turns = None
+        why, turns = "too few", None
         if rows.size >= FEWEST_BEGINS:
+            why = f"not {1e3 * PERIOD_S[channel]:.3f} ms apart, as turns of such a station are"
             turns = _turns(channel, light.begin_s[rows], light.begin_bit[rows], light.resolution_s)
         if turns is not None:
             combs.append(turns)
         else:
             n = int((light.hit_channel == channel).sum())
-            why = "too few"
-            if rows.size >= FEWEST_BEGINS:
-                why = f"not {1e3 * PERIOD_S[channel]:.3f} ms apart, as turns of such a station are"
             notes.append(f"channel {channel}: {rows.size} begins of turns, {why}; {n} hits ignored")
     return combs, notes
 
@@ -163,11 +161,10 @@ def find_turn_hits(light: Light, turns: list[Turns]) -> tuple[Hits, dict[str, li
     hits = Hits.of(*whole, time_s=light.hit_s[chosen], angle_rad=angle[chosen])
     off = np.abs(hits.angle_rad - sweep_medians(hits))
     order = np.lexsort((off, hits.diode, hits.axis, hits.station, hits.cycle))
-    key = np.stack([hits.cycle, hits.station, hits.axis, hits.diode]).astype(np.int64)[:, order]
-    again = np.zeros(len(hits), np.bool_)
-    again[order[1:]] = (np.diff(key, axis=1) == 0).all(axis=0)
-    fate[chosen[again]] = SECOND
-    hits = hits.take(~again)
+    keys = (key[order] for key in (hits.cycle, hits.station, hits.axis, hits.diode))
+    first = is_new(*keys)
+    fate[chosen[order[~first]]] = SECOND
+    hits = hits.take(np.sort(order[first]))
     order = np.argsort(hits.time_s, kind="stable")
     return hits.take(order), counts_of(FATES, fate, light.hit_diode, light.n_diodes)
 

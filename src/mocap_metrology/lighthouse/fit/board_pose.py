@@ -102,17 +102,8 @@ def _search_all(
     poses, epsilon = np.empty((n, 6)), np.empty(n)
     for i in range(n):
         diodes = np.flatnonzero(seen[i])
-        points, m, cs = (
-            np.empty((3, diodes.size)),
-            np.empty((2, diodes.size)),
-            np.empty((4, diodes.size)),
-        )
-        for k in range(diodes.size):
-            points[:, k], m[:, k], cs[:, k] = (
-                board[diodes[k]],
-                angles[i, diodes[k]],
-                trig[:, i, diodes[k]],
-            )
+        points, m = board[diodes].T.copy(), angles[i][diodes].T.copy()
+        cs = trig[:, i][:, diodes].copy()
         x0, data = starts[i], SimplexData(BOARD, points, m, cs, rotors)
         if warm and i > 0:  # unless the search before was lost
             R, room = np.empty((3, 3)), np.empty((4, diodes.size))
@@ -151,20 +142,10 @@ def _mirrored(
 
     R' = (I - 2 d d^T) R (I - 2 n n^T) with d the ray to the board's centre, which stays in place.
     """
-    R2, t2 = np.empty((3, 3)), np.empty(3)
     c = np.array(turned(R, centre[0], centre[1], centre[2])) + t
-    d = c / math.sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2])
-    for j in range(3):
-        along = d[0] * R[0, j] + d[1] * R[1, j] + d[2] * R[2, j]
-        for i in range(3):
-            R2[i, j] = R[i, j] - 2.0 * d[i] * along  # (I - 2 d d^T) R
-    for i in range(3):
-        along = R2[i, 0] * normal[0] + R2[i, 1] * normal[1] + R2[i, 2] * normal[2]
-        t2[i] = c[i]
-        for j in range(3):
-            R2[i, j] -= 2.0 * along * normal[j]
-            t2[i] -= R2[i, j] * centre[j]
-    return R2, t2
+    across = np.eye(3) - 2.0 * np.outer(c, c) / np.sum(c * c)
+    R2 = across @ R @ (np.eye(3) - 2.0 * np.outer(normal, normal))
+    return R2, c - R2 @ centre
 
 
 class _Starts(NamedTuple):

@@ -21,23 +21,20 @@ from mocap_metrology.lighthouse import records
 from mocap_metrology.lighthouse.batch.problem import GRAVITY_M_S2
 from mocap_metrology.lighthouse.decode.ootx import accel_of, encode_frame
 from mocap_metrology.lighthouse.rotation import exp, from_angles, log
-from mocap_metrology.lighthouse.rotor import rotor_parameters
-from mocap_metrology.lighthouse.simulate.motion import (
-    FROM_S,
-    TO_S,
-    Motion,
-    blocked_intervals,
-    false_flashes,
-    is_open,
-    motion_of,
-    reflections,
-    swept_board,
-)
+from mocap_metrology.lighthouse.rotor import X, Z, angles, rotor_parameters
+from mocap_metrology.lighthouse.simulate.motion import Motion, motion_of
 from mocap_metrology.lighthouse.simulate.twin import InertialTwin, LighthouseTwin
 from mocap_metrology.lighthouse.timing import CYCLE_S, SLAVE_OFFSET_S, code_of, flash_length
 
 # Streams of random numbers, so that a twin with more noise has the same motion and dropouts.
 NOISE, FAULTS, FLASHES, BITS, RISES, SENSORS = range(1, 7)
+ROUNDS, CONVERGED_S = 50, 1e-12  # of the time of a hit: a turn of 0.4 nrad
+# The laser can be seen in this part of a cycle: 4 ms +- 60 deg of turn.
+FROM_S, TO_S = 1222.2e-6, 6777.8e-6
+REFLECTED_LATER_S = (30e-6, 800e-6)  # before or after the direct hit
+REFLECTED_WIDTH = (0.3, 0.9)  # of the direct pulse
+FALSE_FLASH_S = (50e-6, 150e-6)
+MOST_FALSE = 100_000  # of a recording, whatever its twin requests
 SAMPLES_PER_S = 2_000_000
 STEP_S = 1e-3  # of the differences: errors of 1e-6 of the acceleration of a hand
 MOCAP = 5  # stream of random numbers
@@ -102,7 +99,7 @@ def simulate(twin: LighthouseTwin, seed: int | None = None) -> SimulatedSweeps:
     """Pulses, hits and truth of a twin of first-generation stations; seed: in place of its own."""
     seed = twin.seed if seed is None else seed
     faults = np.random.default_rng([seed, FAULTS])
-    scene = _scene(twin, seed, blocked_intervals(twin, faults))
+    scene = _scene(twin, seed, _blocked_intervals(twin, faults))
     exact, noisy, other = _sweeps(scene, faults, np.random.default_rng([seed, NOISE]))
     flashes = _flashes(scene, np.random.default_rng([seed, FLASHES]))
     every = [flashes, other, (noisy.time_s - noisy.width_s / 2, noisy.width_s, noisy.diode)]
@@ -183,31 +180,49 @@ def _sweeps(
     exact, off = every.take(lit.ravel()), off[lit]
     time_s = exact.time_s + off * twin.cycle_s / np.pi
     noisy = replace(exact, time_s=time_s, angle_rad=exact.angle_rad + off)
-    middle, length, diode = reflections(twin, time_s, noisy.width_s, noisy.diode, faults)
+    middle, length, diode = _reflections(twin, time_s, noisy.width_s, noisy.diode, faults)
     rows = np.flatnonzero(received[lit])
     rows = rows[np.argsort(exact.time_s[rows], kind="stable")]
     return exact.take(rows), noisy.take(rows), (middle - length / 2, length, diode)
 
 
 def _lit_sweeps(scene: _Scene) -> tuple[records.Hits, np.ndarray]:
-    """Every sweep on every diode, row by row, and which of them (sweeps, diodes) give light."""
-    twin = scene.twin
-    station, at = np.nonzero(scene.skip == 0)
-    cycle, start = scene.cycle[at], scene.start_s[station, at]
-    optics = scene.motion, scene.board, scene.R, scene.t, scene.rotors
-    swept = swept_board(start, station, cycle & 1, twin.cycle_s, *optics)
-    per_s = swept.range_m * np.pi / twin.cycle_s  # m/s: 8 us for 3 mm at 1 m
-    width = 1e-3 * twin.aperture_mm / per_s + 1e-6 * twin.beam_us
-    since = (swept.time_s - start[:, None]) * (CYCLE_S / twin.cycle_s)
-    lit = (since >= FROM_S) & (since <= TO_S)
-    lit &= swept.cos_incidence > np.cos(np.radians(twin.incidence_deg))
-    lit &= (swept.time_s - width / 2 >= 0) & (swept.time_s + width / 2 <= twin.duration_s)
-    lit &= is_open(scene.blocked, station[:, None], swept.time_s)
-    n = lit.shape[1]
-    of_sweep = station.astype(np.int8), (cycle & 1).astype(np.int8), cycle.astype(np.int32)
-    diode = np.tile(np.arange(n, dtype=np.int16), len(lit))
-    of_hit = [x.ravel() for x in (swept.time_s, swept.angle_rad, width)]
-    return records.Hits(*[*(np.repeat(x, n) for x in of_sweep), diode, *of_hit]), lit
+    """Every sweep on every diode, row by row, and which of them (sweeps, diodes) give light.
+
+    Sweeps hit a diode at t = start + (theta(p(t)) + pi/2) cycle / pi, solved by fixed-point
+    iteration through the moving pose; it converges by (speed across) / (377 rad/s range) a step,
+    below 1/100 for any board.
+    """
+    twin, n = scene.twin, len(scene.board)
+    every = []
+    for k, (R, t) in enumerate(zip(scene.R, scene.t, strict=True)):
+        at = np.flatnonzero(scene.skip[k] == 0)
+        cycle, begin = (np.repeat(x[at], n) for x in (scene.cycle, scene.start_s[k]))
+        diode, axis = np.tile(np.arange(n), at.size), cycle & 1
+        then, angle = begin + twin.cycle_s / 2, np.zeros(begin.size)
+        for _ in range(ROUNDS):
+            R_board, place = scene.motion.poses(then)
+            way = np.einsum("nij,nj->ni", R_board, scene.board[diode]) + place - t
+            point = way @ R
+            angle = angles(point, scene.rotors[k])[np.arange(axis.size), axis]
+            before, then = then, begin + (angle + np.pi / 2) * twin.cycle_s / np.pi
+            if np.abs(then - before).max(initial=0) < CONVERGED_S:
+                break
+        way = (point - scene.rotors[k, axis, X : Z + 1]) @ R.T  # from the laser
+        range_m = np.linalg.norm(way, axis=1)
+        facing = -np.einsum("ni,ni->n", R_board[:, :, 0], way) / range_m
+        width = 1e-3 * twin.aperture_mm * twin.cycle_s / (np.pi * range_m) + 1e-6 * twin.beam_us
+        since = (then - begin) * (CYCLE_S / twin.cycle_s)
+        lit = (since >= FROM_S) & (since <= TO_S)
+        lit &= facing > np.cos(np.radians(twin.incidence_deg))
+        lit &= (then - width / 2 >= 0) & (then + width / 2 <= twin.duration_s)
+        lit &= _is_open(scene.blocked, np.full(then.size, k), then)
+        hits = records.Hits.of(
+            np.full(then.size, k), axis, cycle, diode, time_s=then, angle_rad=angle
+        )
+        every.append((replace(hits, width_s=width), lit))
+    swept, seen = zip(*every, strict=True)
+    return records.Hits.joined(swept), np.concatenate(seen).reshape(-1, n)
 
 
 def _flashes(scene: _Scene, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -217,11 +232,11 @@ def _flashes(scene: _Scene, rng: np.random.Generator) -> tuple[np.ndarray, np.nd
     length = flash_length(code) + 1e-6 * (twin.flash_bias_us - twin.flash_shortfall_us)
     start = scene.start_s + 1e-6 * twin.sync_jitter_us * rng.standard_normal(shape)
     station = np.arange(shape[0])[:, None]
-    lit = is_open(scene.blocked, station, start) & (rng.random(shape) >= twin.missed_flashes)
+    lit = _is_open(scene.blocked, station, start) & (rng.random(shape) >= twin.missed_flashes)
     lit &= (start + length > 0) & (start < twin.duration_s)
     flash, diode = np.nonzero(_faces(scene, np.nonzero(lit)[0], start[lit]))
     spread = 1e-6 * twin.flash_spread_us * rng.standard_normal(flash.size)
-    false_start, false_length = false_flashes(twin, rng)
+    false_start, false_length = _false_flashes(twin, rng)
     of_diodes = np.random.default_rng([twin.seed, RISES])  # in every recording the same
     rise = 1e-6 * of_diodes.uniform(0, twin.flash_rise_us, n)[diode]
     return (
@@ -238,6 +253,52 @@ def _faces(scene: _Scene, station: np.ndarray, time_s: np.ndarray) -> np.ndarray
     toward = np.einsum("nij,ni->nj", way.transpose(0, 2, 1), R[:, :, 0])
     limit = np.cos(np.radians(scene.twin.incidence_deg)) * np.linalg.norm(way, axis=2)
     return (toward > limit) & (np.einsum("nij,nj->ni", way, scene.R[station, :, 0]) < 0)
+
+
+def _blocked_intervals(
+    twin: LighthouseTwin, rng: np.random.Generator
+) -> list[tuple[int, float, float]]:
+    """Times (station, from, to) in which a station cannot be seen: those of the twin, and
+    occlusions that come at random (Poisson) and last exponentially."""
+    intervals = list(twin.blocked)
+    for station in range(len(twin.stations)):
+        n = rng.poisson(twin.occlusions_per_min * twin.duration_s / 60)
+        begin = rng.uniform(0, twin.duration_s, n)
+        intervals += [
+            (station, b, b + d)
+            for b, d in zip(begin, rng.exponential(twin.occlusion_s, n), strict=True)
+        ]
+    return intervals
+
+
+def _is_open(
+    intervals: list[tuple[int, float, float]], station: np.ndarray, time_s: np.ndarray
+) -> np.ndarray:
+    """True where nothing is between the station and the board, by station and time."""
+    seen = np.ones(time_s.shape, dtype=bool)
+    for which, begin, end in intervals:
+        seen &= ~((station == which) & (time_s >= begin) & (time_s < end))
+    return seen
+
+
+def _reflections(
+    twin: LighthouseTwin,
+    time_s: np.ndarray,
+    width_s: np.ndarray,
+    diode: np.ndarray,
+    rng: np.random.Generator,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Middle, width and diode of second pulses: shorter ones, some time before or after a hit."""
+    chosen = np.flatnonzero(rng.random(time_s.size) < twin.reflections)
+    apart = rng.uniform(*REFLECTED_LATER_S, chosen.size) * rng.choice([-1.0, 1.0], chosen.size)
+    width = width_s[chosen] * rng.uniform(*REFLECTED_WIDTH, chosen.size)
+    return time_s[chosen] + apart, width, diode[chosen]
+
+
+def _false_flashes(twin: LighthouseTwin, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Start and length of light of other origin that all diodes see."""
+    n = min(rng.poisson(twin.false_flashes_per_s * twin.duration_s), MOST_FALSE)
+    return rng.uniform(0, twin.duration_s, n), rng.uniform(*FALSE_FLASH_S, n)
 
 
 def words_of(pulses: records.Pulses) -> np.ndarray:

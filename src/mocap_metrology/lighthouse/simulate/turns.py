@@ -146,7 +146,8 @@ def simulate_turns(twin: TurnsTwin) -> MadeTurns:
     scale = 1 + 1e-6 * (twin.clock_ppm + receiver_rng.standard_normal())
     begins, hits = [], []
     for s, channel in enumerate(twin.channels):
-        begin_s, period_s = _begins(channel, twin.duration_s, rng)
+        period_s = float(PERIOD_S[channel] * (1 + 1e-6 * rng.normal(*PERIOD_PPM)))
+        begin_s = np.arange(rng.uniform(-1, 0) * period_s, twin.duration_s, period_s)
         late = 1e-9 * twin.wander_ns * _swing(begin_s.size, rng)
         told = begin_s + late + 1e-9 * twin.begin_ns * noise.standard_normal(late.size)
         frame = encode_frame2(factories[s], ids[s], channel, accel_of(twin.R[s].T @ twin.up))
@@ -177,11 +178,6 @@ def simulate_turns(twin: TurnsTwin) -> MadeTurns:
         normals=twin.normals,
     )
     return MadeTurns(twin, light, factories, ids, motion, places, wrong[order])
-
-
-def _begins(channel: int, duration_s: float, rng: np.random.Generator) -> tuple[Floats, float]:
-    period = PERIOD_S[channel] * (1 + 1e-6 * rng.normal(*PERIOD_PPM))
-    return np.arange(rng.uniform(-1, 0) * period, duration_s, period), float(period)
 
 
 def _swing(n: int, rng: np.random.Generator) -> Floats:

@@ -28,7 +28,7 @@ from mocap_metrology.lighthouse.calibrate.network import moments
 from mocap_metrology.lighthouse.calibrate.scene import Pose, Scene, faced
 from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt, well_posed
 from mocap_metrology.lighthouse.records import COVARIANCE_UNITS, ROLES, Hits, Measurements, Path
-from mocap_metrology.lighthouse.rotation import exp, quaternions
+from mocap_metrology.lighthouse.rotation import exp, nearest, quaternions
 from mocap_metrology.lighthouse.rotor import directions, rotor_parameters
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
@@ -104,9 +104,7 @@ def _superposed(
     points = np.where(known[..., None], points, 0.0)
     centre, board_centre = np.einsum("nd,ndi->ni", w, points), w @ board
     H = np.einsum("nd,ndi,ndj->nij", w, points - centre[:, None], board - board_centre[:, None])
-    U, _, Vt = np.linalg.svd(H)
-    U[:, :, 2] *= np.sign(np.linalg.det(U @ Vt))[:, None]
-    R = U @ Vt
+    R = nearest(H)
     return R, centre - np.einsum("nij,nj->ni", R, board_centre)
 
 

@@ -125,10 +125,8 @@ def resect(
     rotors, fit = scene.rotors[members], _Fit(start, np.zeros(COMMON))
     for _ in range(ROUNDS):
         normals = [_normal(one, k, fit, rotors[k]) for k, one in enumerate(light)]
-        H, g = (
-            np.sum([one[0] for one in normals], axis=0),
-            np.sum([one[1] for one in normals], axis=0),
-        )
+        H = np.sum([one[0] for one in normals], axis=0)
+        g = np.sum([one[1] for one in normals], axis=0)
         M, pull = H.sum(axis=0) + fit.prior, g.sum(axis=0) + fit.prior @ fit.at
         step = solved(M, -pull)
         fit = fit.moved(step)

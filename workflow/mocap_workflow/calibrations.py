@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import PurePath
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import field_validator
 
@@ -24,6 +24,7 @@ from mocap_workflow.rows import (
     Needs,
     OwnName,
     SheetRow,
+    Unit,
     existing,
     file_or_none,
 )
@@ -77,7 +78,7 @@ class CalibrationRow(SheetRow):
     reference, not allowed otherwise."""
     reference_labels_slave: Labels = ()
     """The same for the slave."""
-    reference_unit: Annotated[Literal["mm", "m"] | None, Cell("mm|m", "mm, m or nothing")] = None
+    reference_unit: Unit = None
     """Unit of a C3D reference, `mm` or `m`, where the file names none or a wrong one."""
     mount: FileOrNothing = None
     """CSV file `label,x_m,y_m,z_m`: these markers in the frame of the housing. Needed for a C3D
@@ -121,9 +122,7 @@ class CalibrationRow(SheetRow):
     receiver_labels: Annotated[Labels, MEASURED, OF_RECEIVER] = ()
     """Labels of these markers, separated by `;`. If empty, all of the file. Three or more that are
     on no line also show the attitude."""
-    receiver_unit: Annotated[
-        Literal["mm", "m"] | None, MEASURED, OF_RECEIVER, Cell("mm|m", "mm, m or nothing")
-    ] = None
+    receiver_unit: Annotated[Unit, MEASURED, OF_RECEIVER] = None
     """Unit of `receiver`, `mm` or `m`, where the file names none or a wrong one."""
     sha256: Annotated[
         str | None, MEASURED, Cell("[0-9A-Fa-f]{64}", "64 hexadecimal digits or nothing")

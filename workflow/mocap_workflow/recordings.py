@@ -25,6 +25,7 @@ from mocap_workflow.rows import (
     Name,
     OwnName,
     SheetRow,
+    Unit,
     each_once,
     existing,
     with_point,
@@ -122,7 +123,7 @@ class RecordingRow(SheetRow):
         BeforeValidator(with_point),
     ] = None
     """Frame rate where the file has none, or more exactly than in the file (within 0.1 %)."""
-    unit: Annotated[Literal["mm", "m"] | None, Cell("mm|m", "mm, m or nothing")] = None
+    unit: Unit = None
     """Unit of the coordinates, `mm` or `m`, where the file names none or a wrong one. A file whose
     coordinates all lie within 20 mm of the origin, or beyond 100 m, is refused until it is stated.
     """

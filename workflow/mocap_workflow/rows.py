@@ -152,6 +152,7 @@ NAME = Cell(
 Name = Annotated[str, NAME]
 FileOrNothing = Annotated[str | None, pydantic.AfterValidator(file_or_none)]
 Labels = Annotated[tuple[str, ...], each_once('labels separated by ";"')]
+Unit = Annotated[Literal["mm", "m"] | None, Cell("mm|m", "mm, m or nothing")]
 NUMBER = r"([0-9]+([.,][0-9]*)?|[.,][0-9]+)([eE][+-]?[0-9]+)?"
 Millimetres = Annotated[
     float | None,

@@ -267,19 +267,12 @@ def beside(row: CalibrationRow, rows: Iterable[CalibrationRow]) -> list[Calibrat
     return [r for r in rows if not r.twin and same(r) == same(row) and r.board != row.board]
 
 
-def decoded_files(row: CalibrationRow) -> list[str]:
-    return list(decoded_from(row).values())
-
-
-def compared_files(row: CalibrationRow) -> list[str]:
-    return list(compared_with(row).values())
-
-
 def files(row: RecordingRow | CalibrationRow) -> list[str]:
     """All files that a row names."""
     if isinstance(row, RecordingRow):
         return [*([] if row.twin else row.paths), *covariates(row), *references_of(row)]
-    return [*([] if row.twin else decoded_files(row)), *compared_files(row), *seen_by(row)]
+    decoded = {} if row.twin else decoded_from(row)
+    return [*decoded.values(), *compared_with(row).values(), *seen_by(row)]
 
 
 def batches(rows: Iterable[CalibrationRow]) -> list[list[CalibrationRow]]:

@@ -152,7 +152,9 @@ for NUMBER, BATCH in enumerate(selection.batches(CALIBRATIONS.rows.values()), st
             **cost(1000, 30),
         params:
             code=source("calibration_twins.py"),
-            contents=[list(map(CONTENTS.get, selection.compared_with(row).values())) for row in BATCH],
+            contents=[
+                list(map(CONTENTS.get, selection.compared_with(row).values())) for row in BATCH
+            ],
             rows=[{name: getattr(row, name) for name in ENTRIES} for row in BATCH],
             at_rest=selection.names(at_rest(BATCH)),
             against=lambda wildcards, rows=BATCH: [one[:2] for one in against(rows)],

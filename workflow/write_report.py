@@ -19,11 +19,6 @@ FINISH = "the run did not finish; call `make`, correct what it reports, and try 
 FAULT = re.compile(r"\w+(Error|Exception)\b")
 
 
-def command(target: str, arguments: list[str]) -> list[str]:
-    """The call of Snakemake; arguments come last, as `--config` takes all that follows it."""
-    return [sys.executable, "-m", "snakemake", "--report", target, *arguments]
-
-
 def why(output: str) -> str:
     """One line from Snakemake's message on a report that it could not write."""
     missing = MISSING.search(output)
@@ -38,18 +33,17 @@ def why(output: str) -> str:
 
 
 def main(arguments: list[str] | None = None) -> int:
+    """Write the report; 1 and one line on stderr where there is none."""
     parser = argparse.ArgumentParser(prog="write_report.py", description=__doc__.splitlines()[0])
-    parser.add_argument("target", help="the report to write, as results/report.html")
+    parser.add_argument("target", type=Path, help="the report to write, as results/report.html")
     what = "all arguments that the run had, as --profile profiles/quick"
     parser.add_argument("arguments", nargs=argparse.REMAINDER, help=what)
     options = parser.parse_args(arguments)
-    return write(options.target, options.arguments)
-
-
-def write(target: str, arguments: list[str]) -> int:
-    """Write the report; 1 and one line on stderr where there is none."""
+    target, problem = options.target, ""
+    # Arguments come last, as `--config` takes all that follows it
+    command = [sys.executable, "-m", "snakemake", "--report", str(target), *options.arguments]
     done = subprocess.run(
-        command(target, arguments),
+        command,
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
@@ -57,16 +51,16 @@ def write(target: str, arguments: list[str]) -> int:
         check=False,
     )
     if done.returncode:
-        print(f"no report: {why(done.stdout)}", file=sys.stderr)
+        problem = why(done.stdout)
+    elif not target.is_file():
+        problem = FINISH
+    elif NOTHING.encode() in target.read_bytes():
+        target.unlink()
+        problem = f"the summary is missing: {FINISH}"
+    if problem:
+        print(f"no report: {problem}", file=sys.stderr)
         return 1
-    if not Path(target).is_file():
-        print(f"no report: {FINISH}", file=sys.stderr)
-        return 1
-    if NOTHING.encode() in Path(target).read_bytes():
-        Path(target).unlink()
-        print(f"no report: the summary is missing: {FINISH}", file=sys.stderr)
-        return 1
-    print(f"{target}: {Path(target).stat().st_size / 1e6:.1f} MB")
+    print(f"{target}: {target.stat().st_size / 1e6:.1f} MB")
     return 0
 
 

@@ -13,8 +13,7 @@ from mocap_metrology.cli import main
 from mocap_metrology.common.files import read_csv
 from mocap_metrology.io.c3d.write import write_c3d
 from mocap_metrology.present.plot.figure import caption_of
-from mocap_metrology.recording.bar import FILES
-from mocap_metrology.recording.bar_take import read_bar
+from mocap_metrology.recording.bar import FILES, read_bar
 from mocap_metrology.recording.clean import Entry
 from mocap_metrology.settings import Settings
 

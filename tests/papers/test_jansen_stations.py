@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mocap_metrology.papers.jansen_stations import cells, stations_tables
+from mocap_metrology.papers.jansen import cells, stations_tables
 
 
 def record(setup: str, errors: dict[str, list[float] | None]) -> dict:

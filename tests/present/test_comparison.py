@@ -6,8 +6,8 @@ import re
 import pytest
 
 from mocap_metrology.lighthouse.published import QUANTITIES, SETUPS
-from mocap_metrology.papers import camera_tables
 from mocap_metrology.papers import coefficient_tables as appendix
+from mocap_metrology.papers import subsets
 from mocap_metrology.papers.jansen import jansen_table
 from mocap_metrology.present import tables
 from mocap_metrology.present.pages import comparison, details, summary
@@ -82,9 +82,9 @@ def test_a_number_agrees_within_what_its_rule_allows(name: str, row: dict, verdi
 
 
 def test_cameras_are_cited_and_subsets_are_those_of_the_sheet() -> None:
-    types = comparison.compare("skurowski_table2", camera_tables.table_2())
+    types = comparison.compare("skurowski_table2", subsets.table_2())
     assert {*words(types)} == {"cited"} and types.counts == "all cited"
-    rows = camera_tables.table_3({})
+    rows = subsets.table_3({})
     assert comparison.compare("skurowski_table3", rows).counts == "all cited"
     rows = [row | {"regenerated": row["published"]} for row in rows]
     rows[0]["regenerated"] += ";99"
@@ -117,7 +117,7 @@ def test_errors_agree_in_size_and_are_those_of_the_claims() -> None:
 
 
 def test_a_page_compares_first_and_keeps_the_whole_table(tmp_path) -> None:
-    rows, title = camera_tables.table_3({}), "Skurowski & Pawlyta 2019, Table 3: camera subsets"
+    rows, title = subsets.table_3({}), "Skurowski & Pawlyta 2019, Table 3: camera subsets"
     stem = tmp_path / "skurowski_table3"
     tables.write(stem, rows, title, "A caption.")
     csv = stem.with_suffix(".csv")

@@ -14,12 +14,12 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_csv
 from mocap_metrology.recording.bar import (
     passes_of,
+    read_bar,
     write_bar,
     write_group,
     write_statement,
     write_take,
 )
-from mocap_metrology.recording.bar_take import read_bar
 from mocap_metrology.recording.clean import Entry
 from mocap_metrology.settings import Settings
 

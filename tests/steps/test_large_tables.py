@@ -12,14 +12,14 @@ from mocap_metrology.common.large import LazyArrays, in_parts
 from mocap_metrology.noise.motion.orientation import of_cluster
 from mocap_metrology.recording.clean import cleaned, write_cleaned
 from mocap_metrology.recording.noise import gaussian_model
-from mocap_metrology.recording.results import Table, masked
-from mocap_metrology.recording.verdict import diagnosed
+from mocap_metrology.recording.results import Results, Table, masked
+from mocap_metrology.recording.verdict import Diagnosed, diagnose
 from mocap_metrology.settings import Gaussian, Hampel, Settings
 
 N = 20_000
 ORIGIN = {
-    **{"recording": "r", "labels": ["A", "B"], "pairs": [[1, 2]], "frame_rate_hz": 100.0},
-    **{"resolution_mm": 0.0, "resolution_kind": "float32"},
+    **{"recording": "r", "source": "measured", "labels": ["A", "B"], "pairs": [[1, 2]]},
+    **{"frame_rate_hz": 100.0, "resolution_mm": 0.0, "resolution_kind": "float32"},
 }
 
 
@@ -61,17 +61,20 @@ def test_diagnosis(raw: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         disturbed[f"{axis}2_mm"][12_000:12_040] = disturbed[f"{axis}2_mm"][12_000]
     origin = ORIGIN | {"n_filled_frames": {}}
     Table(disturbed, origin).write(raw)
-    settings = Settings()
-    no_psd = Table({"series": np.empty(0, object)}, {"psd": {}})
-    expected = diagnosed(Table.read(raw), no_psd, [], settings)
+
+    def diagnosed(table: Table, name: str) -> Diagnosed:
+        results = Results(raw.parent / name)
+        results.raw, results.noise = table, []
+        results.psd = Table({"series": np.empty(0, object)}, {"psd": {}})
+        return diagnose(results, Settings())
+
+    expected = diagnosed(Table.read(raw), "expected")
     assert expected.diagnosis.events
     assert expected.diagnosis.repeats
     assert expected.diagnosis.spikes["y2"].size
     monkeypatch.setattr(large, "LARGE", 0)
-    found = diagnosed(Table.open(raw), no_psd, [], settings)
+    found = diagnosed(Table.open(raw), "found")
     assert isinstance(found.diagnosis.quiet, LazyArrays)
-    expected.write(raw.parent / "expected", "r", "measured")
-    found.write(raw.parent / "found", "r", "measured")
     for path in (raw.parent / "expected").iterdir():
         assert (raw.parent / "found" / path.name).read_bytes() == path.read_bytes()
     assert list(found.diagnosis.quiet) == list(expected.diagnosis.quiet)

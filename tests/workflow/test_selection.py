@@ -50,11 +50,7 @@ def of(kind: str, count: int | None = None, **cells: Any) -> dict[str, Any]:
 
 @pytest.mark.parametrize(
     ("select", "rows", "expected"),
-    [(selection.first, {"a": {}, "b": {}}, ["a"]),
-     (selection.first, {}, []),
-     (selection.several, {"a": {}, "b": {}}, ["a", "b"]),
-     (selection.several, {"a": {}}, []),
-     (selection.having("place"), {"a": {"place": None}, "b": {"place": "door"}}, ["b"]),
+    [(selection.having("place"), {"a": {"place": None}, "b": {"place": "door"}}, ["b"]),
      (selection.with_place, {"a": PLACE, "b": {"place": None}, "c": {"place": "wall"}}, ["a", "c"]),
      (selection.with_place, {"a": PLACE, "b": PLACE}, []),
      (selection.scaled, {"a": of("V", 2), "b": of("V", 3), "c": {}}, ["a", "b", "c"]),

@@ -15,10 +15,9 @@ CalibrationTwin = LighthouseTwin | NetworkTwin
 def calibration_twin(document: TwinsFile, name: str) -> CalibrationTwin:
     """A twin of the file of twins, with the keys it inherits from other entries; one with a number
     of `stations`, by itself or by them, is of the second generation."""
-    entry = twin_entry(document, name)
-    if isinstance(entry, Mapping) and "stations" in entry:
-        return read_entry(NetworkTwin, entry, f"twin {name}")
-    return read_entry(LighthouseTwin, entry, f"twin {name}")
+    entry = _entry(document, name)
+    kind: type[CalibrationTwin] = NetworkTwin if "stations" in entry else LighthouseTwin
+    return read_entry(kind, entry, f"twin {name}")
 
 
 def twin_from_mapping(mapping: Mapping[str, object], name: str = "twin") -> LighthouseTwin:
@@ -26,15 +25,13 @@ def twin_from_mapping(mapping: Mapping[str, object], name: str = "twin") -> Ligh
     return read_entry(LighthouseTwin, mapping, f"twin {name}")
 
 
-def twin_entry(document: TwinsFile, name: str) -> object:
+def _entry(document: TwinsFile, name: str) -> dict[str, object]:
     """All keys of a twin: its own win over those of the twin that it is `like`, these over its
     setup's, and these over the defaults, which are of the first generation; nested keys one by one.
     A `factory` may name an entry of `factories`."""
     where = f"twin {name}"
     entries, setups = document["twins"], document.get("setups", {})
     factories = document.get("factories", {})
-    if not isinstance(entries[name], Mapping):
-        return entries[name]
     entry = dict(entries[name])
     if "like" in entry:
         like = entry.pop("like")

@@ -3,32 +3,34 @@
 from __future__ import annotations
 
 from pathlib import PurePath
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import field_validator
 
 from mocap_metrology.common.faults import Unfit, unknown
 from mocap_metrology.lighthouse import RECORDING_FORMATS
 from mocap_metrology.lighthouse.known_length import DIODES, EXPECTED, FORM, STATIONS
-from mocap_workflow.recordings import Millimetres
 from mocap_workflow.rows import (
+    MEASURED,
+    OF_BAR,
+    BarPose,
     Cell,
     FileOrNothing,
     Info,
     Labels,
+    Length,
+    LengthError,
     Name,
+    Needs,
     OwnName,
     SheetRow,
-    check_rotation,
+    Unit,
     existing,
     file_or_none,
 )
 
 POSE_FILE = ".json"
-
-
-def _is_c3d(path: str) -> bool:
-    return PurePath(path).suffix.lower() == ".c3d"
+OF_RECEIVER = Needs("receiver", "a file")
 
 
 def _other_end(bar: str, board: str, kind: str) -> str | None:
@@ -76,7 +78,7 @@ class CalibrationRow(SheetRow):
     reference, not allowed otherwise."""
     reference_labels_slave: Labels = ()
     """The same for the slave."""
-    reference_unit: Annotated[Literal["mm", "m"] | None, Cell("mm|m", "mm, m or nothing")] = None
+    reference_unit: Unit = None
     """Unit of a C3D reference, `mm` or `m`, where the file names none or a wrong one."""
     mount: FileOrNothing = None
     """CSV file `label,x_m,y_m,z_m`: these markers in the frame of the housing. Needed for a C3D
@@ -97,32 +99,34 @@ class CalibrationRow(SheetRow):
     3-11 4.330 0.005`, by channel); `diode 0 at 2.0 s - diode 0 at 7.0 s 2.000 0.002`, that of two
     places of a diode at these moments; or `points`, the size of the figure of `world_points` (5 mm
     a coordinate; `points 0.002`: 2 mm)."""
-    bar: Annotated[str | None, Cell(".+-.+", 'two objects joined by "-", or nothing')] = None
+    bar: Annotated[str | None, MEASURED, Cell(".+-.+", 'two objects joined by "-", or nothing')] = (
+        None
+    )
     """Optional: two objects on one stiff bar (second generation), by their names in the recording
     or, as names can be exchanged from one recording to the next, by their serial numbers:
     `T20-T21`, of which one is the board; or `T20-other:T21`, the board of another row `other` of
     the setup. Each is tracked alone; the errors of the distance of their heads are in `bar.json`
     and `bar.csv`. The bar only checks."""
-    length_mm: Millimetres = None
+    length_mm: Length = None
     """Certified distance of their heads (where a recording describes none: of the origins of their
     diodes' places). Without it only precision is stated, not accuracy. Not the `known_length`."""
-    length_u_mm: Millimetres = None
+    length_u_mm: Annotated[LengthError, OF_BAR] = None
     """Standard uncertainty of `length_mm`, mounting included."""
-    bar_pose: str | None = None
+    bar_pose: BarPose = None
     """Rotation of head B in A, as JSON: `{"quaternion_xyzw": [0, 0, 0, 1], "u_deg": 0.1}`, `u_deg`
     its standard uncertainty. If empty, angles are about their mean."""
-    receiver: FileOrNothing = None
+    receiver: Annotated[FileOrNothing, MEASURED] = None
     """Optional motion capture (C3D or any other format of a recording) of markers on the board
     while it was recorded: the tracked path and the places of the stations against it, in
     `receiver.json`. Both clocks and frames may differ. It only checks."""
-    receiver_labels: Labels = ()
+    receiver_labels: Annotated[Labels, MEASURED, OF_RECEIVER] = ()
     """Labels of these markers, separated by `;`. If empty, all of the file. Three or more that are
     on no line also show the attitude."""
-    receiver_unit: Annotated[Literal["mm", "m"] | None, Cell("mm|m", "mm, m or nothing")] = None
+    receiver_unit: Annotated[Unit, MEASURED, OF_RECEIVER] = None
     """Unit of `receiver`, `mm` or `m`, where the file names none or a wrong one."""
-    sha256: Annotated[str | None, Cell("[0-9A-Fa-f]{64}", "64 hexadecimal digits or nothing")] = (
-        None
-    )
+    sha256: Annotated[
+        str | None, MEASURED, Cell("[0-9A-Fa-f]{64}", "64 hexadecimal digits or nothing")
+    ] = None
     """Optional checksum of the recording. Not for twins."""
     comment: str = ""
     """Free text."""
@@ -158,23 +162,16 @@ class CalibrationRow(SheetRow):
             raise Unfit(name if named else "a CSV file x_m,y_m,z_m in diode order")
         return board if named else file_or_none(board, info)
 
-    @field_validator("reference_labels_master", "reference_labels_slave")
+    @field_validator("reference_labels_master", "reference_labels_slave", "reference_unit")
     @classmethod
-    def _for_c3d(cls, labels: tuple[str, ...], info: Info) -> tuple[str, ...]:
+    def _of_c3d(cls, value: object, info: Info) -> object:
         """A C3D reference needs the labels of both housings, no other has a use for them."""
-        wanted = _is_c3d(info.context.cells["reference"])
-        if wanted and not labels:
+        is_c3d = PurePath(info.context.cells["reference"]).suffix.lower() == ".c3d"
+        if value and not is_c3d:
+            raise Unfit("nothing, as the reference is no C3D file")
+        if is_c3d and value == ():
             raise Unfit('labels separated by ";", as the reference is a C3D file')
-        if labels and not wanted:
-            raise Unfit("nothing, as the reference is no C3D file")
-        return labels
-
-    @field_validator("reference_unit")
-    @classmethod
-    def _of_c3d(cls, unit: str | None, info: Info) -> str | None:
-        if unit and not _is_c3d(info.context.cells["reference"]):
-            raise Unfit("nothing, as the reference is no C3D file")
-        return unit
+        return value
 
     @field_validator("known_length")
     @classmethod
@@ -187,46 +184,25 @@ class CalibrationRow(SheetRow):
     @field_validator("bar")
     @classmethod
     def _of_objects(cls, bar: str | None, info: Info) -> str | None:
-        if not bar:
-            return None
-        if info.context.is_simulated:
-            raise Unfit("nothing for a simulated calibration")
         cells = info.context.cells
-        other = _other_end(bar, cells["board"], cells["format"])
+        other = _other_end(bar, cells["board"], cells["format"]) if bar else None
         if other is not None and other not in info.context.names:
             why = unknown(other, info.context.names)
             raise Unfit(f"the board, -, a calibration of the sheet ({why}), : and its board")
         return bar
 
-    @field_validator("receiver", "receiver_labels", "receiver_unit")
+    @field_validator("length_mm")
     @classmethod
-    def _of_a_receiver(cls, value: object, info: Info) -> object:
-        if value and info.context.is_simulated:
-            raise Unfit("nothing for a simulated calibration")
-        if value and not info.context.cells["receiver"]:
-            raise Unfit("nothing without a file in column receiver")
-        return value
-
-    @field_validator("length_mm", "length_u_mm", "bar_pose")
-    @classmethod
-    def _of_a_bar(cls, value: object, info: Info) -> object:
-        if value is None:
-            return value
-        cells = info.context.cells
-        if not cells["bar"]:
-            raise Unfit("nothing without a bar in column bar")
-        if info.field_name == "length_u_mm" and not cells["length_mm"]:
-            raise Unfit("nothing without a length in column length_mm")
-        if info.field_name == "length_mm" and isinstance(value, float):
-            if value == 0:
-                raise Unfit("a number of mm > 0 or nothing")
-            used = cells["known_length"]
-            known = STATIONS.fullmatch(used) or DIODES.fullmatch(used)
-            if known and abs(1e3 * float(known["length"]) - value) <= 1e3 * float(known["sd"]):
-                raise Unfit("another length than known_length: what a calibration uses checks none")
-        if info.field_name == "bar_pose":
-            check_rotation(str(value))
-        return value
+    def _not_used(cls, length: float | None, info: Info) -> float | None:
+        used = info.context.cells["known_length"]
+        known = STATIONS.fullmatch(used) or DIODES.fullmatch(used)
+        if (
+            length
+            and known
+            and abs(1e3 * float(known["length"]) - length) <= 1e3 * float(known["sd"])
+        ):
+            raise Unfit("another length than known_length: what a calibration uses checks none")
+        return length
 
     @field_validator("tracked_with")
     @classmethod
@@ -244,7 +220,5 @@ class CalibrationRow(SheetRow):
 
     @field_validator("sha256")
     @classmethod
-    def _of_file(cls, digits: str | None, info: Info) -> str | None:
-        if digits and info.context.is_simulated:
-            raise Unfit("nothing for a simulated calibration")
+    def _of_file(cls, digits: str | None) -> str | None:
         return digits.lower() if digits else None

@@ -126,13 +126,25 @@ def manual(text: str) -> str:
     return text
 
 
-def _plain(schema: object) -> object:
-    """Without titles that repeat the name, and with descriptions in one line."""
+def _plain(schema: Any) -> Any:
+    """Without titles that repeat the name and defaults of sections, whose keys have theirs;
+    descriptions in one line, tuples of like items and values that may be null in short form."""
     if isinstance(schema, list):
         return [_plain(one) for one in schema]
     if not isinstance(schema, dict):
         return " ".join(schema.split()) if isinstance(schema, str) else schema
-    return {k: _plain(v) for k, v in schema.items() if not (k == "title" and isinstance(v, str))}
+    plain = {k: _plain(v) for k, v in schema.items() if not (k == "title" and isinstance(v, str))}
+    if "$ref" in plain and isinstance(plain.get("default"), dict):
+        del plain["default"]
+    first, *others = plain.get("prefixItems", ()) or [None]
+    if others and all(other == first for other in others):
+        plain = {"items" if k == "prefixItems" else k: v for k, v in plain.items()}
+        plain["items"] = first
+    kind, *null = plain.get("anyOf", ()) or [{}]
+    if null == [{"type": "null"}] and "type" in kind and "enum" not in kind:
+        del plain["anyOf"]
+        plain = kind | {"type": [kind["type"], "null"]} | plain
+    return plain
 
 
 def twins_schema() -> JsonSchemaValue:

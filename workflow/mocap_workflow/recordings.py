@@ -12,31 +12,31 @@ from mocap_metrology.common.faults import Unfit, unfit, unknown
 from mocap_metrology.common.sheets import parts_of
 from mocap_metrology.io.header import FASTEST_HZ, SLOWEST_HZ
 from mocap_workflow.rows import (
+    MEASURED,
     NAME,
+    NUMBER,
     SIMULATE,
+    BarPose,
     Cell,
     FileOrNothing,
     Info,
+    Length,
+    LengthError,
     Name,
     OwnName,
     SheetRow,
-    check_rotation,
+    Unit,
     each_once,
     existing,
+    with_point,
 )
 
-NUMBER = r"([0-9]+([.,][0-9]*)?|[.,][0-9]+)([eE][+-]?[0-9]+)?"
 ID = "(0+|0*[1-9][0-9]{0,8})"  # of a camera; what can match in one way only fails at once
 
 
 def _count(text: str | None, info: Info) -> str | int | None:
     """The number of cameras that are named, where it is not given."""
     return text or len(parts_of(info.context.cells["camera_ids"])) or None
-
-
-def _with_point(text: str | None) -> str | None:
-    """A number with a decimal point, as it may have a comma."""
-    return text.replace(",", ".") if text else text
 
 
 def _pairs(texts: Iterable[str], info: Info) -> list[tuple[str, str]]:
@@ -67,11 +67,6 @@ def _pairs(texts: Iterable[str], info: Info) -> list[tuple[str, str]]:
     if wrong:
         raise unfit(wrong)
     return pairs
-
-
-Millimetres = Annotated[
-    float | None, Cell(NUMBER, "a number of mm or nothing"), BeforeValidator(_with_point)
-]
 
 
 class RecordingRow(SheetRow):
@@ -125,10 +120,10 @@ class RecordingRow(SheetRow):
     frame_rate_hz: Annotated[
         float | None,
         Cell(f"(?![1-9][0-9]*,000$){NUMBER}", "a number of Hz > 0 (1000, not 1,000), or nothing"),
-        BeforeValidator(_with_point),
+        BeforeValidator(with_point),
     ] = None
     """Frame rate where the file has none, or more exactly than in the file (within 0.1 %)."""
-    unit: Annotated[Literal["mm", "m"] | None, Cell("mm|m", "mm, m or nothing")] = None
+    unit: Unit = None
     """Unit of the coordinates, `mm` or `m`, where the file names none or a wrong one. A file whose
     coordinates all lie within 20 mm of the origin, or beyond 100 m, is refused until it is stated.
     """
@@ -144,6 +139,7 @@ class RecordingRow(SheetRow):
     refused."""
     sha256: Annotated[
         tuple[str, ...],
+        MEASURED,
         Cell(
             r"[0-9A-Fa-f]{64}(\s*;\s*[0-9A-Fa-f]{64})*",
             '64 hexadecimal digits for each file, separated by ";", or nothing',
@@ -183,11 +179,11 @@ class RecordingRow(SheetRow):
     verdict is then of the errors of their distance, in `bar.json`. `auto` finds rigid clusters of
     markers and uses the longest pair of the one seen most. Rows of one group are passes: three or
     more give intervals, in `<group>_bar`."""
-    length_mm: Millimetres = None
+    length_mm: Length = None
     """Certified distance of these two. Without it only precision is stated, not accuracy."""
-    length_u_mm: Millimetres = None
+    length_u_mm: LengthError = None
     """Standard uncertainty of `length_mm`, mounting included."""
-    bar_pose: str | None = None
+    bar_pose: BarPose = None
     """Rotation of body B in A, as JSON: `{"quaternion_xyzw": [0, 0, 0, 1], "u_deg": 0.1}`, `u_deg`
     its standard uncertainty. If empty, angles are about their mean."""
     point: str | None = None
@@ -222,30 +218,12 @@ class RecordingRow(SheetRow):
             raise Unfit("nothing in a row with a bar in column bar, which is moved")
         return value
 
-    @field_validator("length_mm", "bar_pose")
-    @classmethod
-    def _of_a_bar(cls, value: object, info: Info) -> object:
-        if value is not None and "bar" in info.data and not info.data["bar"]:
-            raise Unfit("nothing without a bar in column bar")
-        if info.field_name == "length_mm" and value == 0:
-            raise Unfit("a number of mm > 0 or nothing")
-        if info.field_name == "bar_pose" and value:
-            check_rotation(str(value))
-        return value
-
     @field_validator("reference")
     @classmethod
     def _of_a_point(cls, reference: str | None, info: Info) -> str | None:
         if bool(reference) != bool(info.data.get("point")):
             raise Unfit("a file where there is a name in column point, else nothing")
         return reference
-
-    @field_validator("length_u_mm")
-    @classmethod
-    def _of_a_length(cls, value: float | None, info: Info) -> float | None:
-        if value is not None and "length_mm" in info.data and info.data["length_mm"] is None:
-            raise Unfit("nothing without a length in column length_mm")
-        return value
 
     @field_validator("paths")
     @classmethod
@@ -293,8 +271,6 @@ class RecordingRow(SheetRow):
     def _one_a_file(cls, sums: tuple[str, ...], info: Info) -> tuple[str, ...]:
         if not sums or not {"twin", "paths"} <= info.data.keys():
             return ()
-        if info.context.is_simulated:
-            raise Unfit("nothing for a simulated recording")
         if len(sums) != len(info.data["paths"]):
             raise Unfit(f"one for each file of column path ({len(info.data['paths'])})")
         return tuple(one.lower() for one in sums)

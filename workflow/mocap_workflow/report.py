@@ -13,19 +13,10 @@ from mocap_workflow.calibration_twins import CalibrationTwin
 from mocap_workflow.recording_twins import AnyTwin
 from mocap_workflow.rows import SheetRow
 
-CATEGORIES = (  # numbered, as the menu of a report is in order of the alphabet
-    "1 Summary",
-    "2 Skurowski & Pawlyta 2019",
-    "3 Jansen et al. 2019",
-    "4 Groups",
-    "5 Recordings",
-    "6 Calibrations",
-    "7 Provenance",
-)
 REPORTER = "snakemake.report.html_reporter"  # of Snakemake 9.27, and its modules `.data.*`
 # Titles of tables: `Jansen et al. 2019, Table I: mean absolute error`; `skurowski2019: outliers`
 TITLE = re.compile(r"(?P<whose>.+?)(?:, (?P<item>(?:Table|Figure)s? [^:]+))?: (?P<shows>.+)")
-PLACES = {  # by whose table it is; any other is of a group
+PLACES = {  # by whose table it is; any other is of a group. The menu is in alphabetical order
     "Skurowski & Pawlyta 2019": ("2 Skurowski & Pawlyta 2019", "Table"),
     "Jansen et al. 2019": ("3 Jansen et al. 2019", "Table"),
     "Left out": ("7 Provenance", "Left out"),

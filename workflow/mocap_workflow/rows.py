@@ -41,6 +41,17 @@ class Cell:
 
 
 @dataclass(frozen=True)
+class Needs:
+    """A cell is filled in only where another one is; what: of that one, in words."""
+
+    column: str
+    what: str
+
+
+MEASURED = "measured"  # annotation of a cell that is filled in of real recordings alone
+
+
+@dataclass(frozen=True)
 class Place:
     """The place of a row, and what its cells may name."""
 
@@ -98,7 +109,7 @@ def file_or_none(path: str | None, info: Info) -> str | None:
     return existing(path, info) if path else None
 
 
-def check_rotation(text: str) -> None:
+def _rotation(text: str | None) -> str | None:
     """Refuse what states no rotation of the second end of a bar in the first."""
     from mocap_metrology.accuracy.bar import BarEntry
     from mocap_metrology.common.errors import Refusal
@@ -107,6 +118,18 @@ def check_rotation(text: str) -> None:
         _ = BarEntry("", bar_pose=text).pose
     except Refusal as refusal:
         raise Unfit(str(refusal).partition("; expected ")[2]) from None
+    return text
+
+
+def with_point(text: str | None) -> str | None:
+    """A number with a decimal point, as it may have a comma."""
+    return text.replace(",", ".") if text else text
+
+
+def _above_zero(length: float | None) -> float | None:
+    if length == 0:
+        raise Unfit("a number of mm > 0 or nothing")
+    return length
 
 
 def each_once(what: str) -> pydantic.AfterValidator:
@@ -129,6 +152,17 @@ NAME = Cell(
 Name = Annotated[str, NAME]
 FileOrNothing = Annotated[str | None, pydantic.AfterValidator(file_or_none)]
 Labels = Annotated[tuple[str, ...], each_once('labels separated by ";"')]
+Unit = Annotated[Literal["mm", "m"] | None, Cell("mm|m", "mm, m or nothing")]
+NUMBER = r"([0-9]+([.,][0-9]*)?|[.,][0-9]+)([eE][+-]?[0-9]+)?"
+Millimetres = Annotated[
+    float | None,
+    Cell(NUMBER, "a number of mm or nothing"),
+    pydantic.BeforeValidator(with_point),
+]
+OF_BAR = Needs("bar", "a bar")
+Length = Annotated[Millimetres, OF_BAR, pydantic.AfterValidator(_above_zero)]
+LengthError = Annotated[Millimetres, Needs("length_mm", "a length")]
+BarPose = Annotated[str | None, OF_BAR, pydantic.AfterValidator(_rotation)]
 
 
 def _own_name(name: str, info: Info) -> str:
@@ -176,12 +210,16 @@ class SheetRow(pydantic.BaseModel):
     @classmethod
     def _of_cell(cls, text: str, info: Info) -> object:
         """An empty cell is the default; another one must match, and is split for a list."""
-        field = cls.model_fields[str(info.field_name)]
+        field, place = cls.model_fields[str(info.field_name)], info.context
         if not (text or field.is_required()):
             return field.default
-        for cell in field.metadata:
-            if isinstance(cell, Cell) and not re.fullmatch(cell.pattern, text):
-                raise Unmatched(cell.expected)
+        if MEASURED in field.metadata and place.is_simulated:
+            raise Unfit(f"nothing for a simulated {cls.KIND}")
+        for one in field.metadata:
+            if isinstance(one, Cell) and not re.fullmatch(one.pattern, text):
+                raise Unmatched(one.expected)
+            if isinstance(one, Needs) and not place.cells.get(one.column):
+                raise Unfit(f"nothing without {one.what} in column {one.column}")
         return sheets.parts_of(text) if get_origin(field.annotation) is tuple else text
 
     @classmethod

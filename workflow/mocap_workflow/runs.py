@@ -28,7 +28,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from functools import wraps
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import psutil
 
@@ -107,22 +107,10 @@ def end_jobs(mark: str) -> None:
     psutil.wait_procs(jobs, PATIENCE_S)
 
 
-class Workflow(Protocol):
-    """What is touched of Snakemake's."""
-
-    execute: Callable[..., Any]
-    delete_output: Callable[..., Any]
-    unlock: Callable[..., Any]
-    output_settings: Any
-
-    @property
-    def is_main_process(self) -> bool: ...
-
-
-def claims(workflow: Workflow, results: Path, beside: Callable[[Path], Iterable[str]]) -> None:
+def claims(workflow: Any, results: Path, beside: Callable[[Path], Iterable[str]]) -> None:
     """Have Snakemake claim the folder of results before it plans what it will do there, and before
     `--unlock` and `--delete-all-output`. A dry run, a job and what only shows something
-    (`--summary`, `--report`) claim and clear nothing."""
+    (`--summary`, `--report`) claim and clear nothing. workflow: Snakemake's."""
 
     def claimed(action: Callable[..., Any], unlocks: bool) -> Callable[..., Any]:
         @wraps(action)
@@ -299,13 +287,7 @@ def ends_as_interrupted() -> None:
         os.kill(os.getpid(), signal.SIGINT)
 
 
-class Scheduler(Protocol):
-    """What is touched of Snakemake's."""
-
-    job_rate_limiter: object
-
-
-def without_rate_limit(scheduler: Scheduler) -> None:
+def without_rate_limit(scheduler: Any) -> None:
     """Remove the limit of submissions a second of Snakemake's scheduler; `jobs` of a profile still
     limits how many there are.
 

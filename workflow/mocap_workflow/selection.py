@@ -36,14 +36,9 @@ class Sheet(Generic[OfSheet]):
     def table(self) -> pd.DataFrame:
         """What rules select by, for `lookup`: name, `group`, `source`, `setup` of a calibration,
         what a recording is `about`, of each row."""
-        table = {name: [getattr(row, name) for row in self.rows.values()] for name in self._shown}
+        shown = ("group", "source", "setup" if "setup" in self.kind.columns() else "about")
+        table = {name: [getattr(row, name) for row in self.rows.values()] for name in shown}
         return pd.DataFrame({self.kind.KIND: list(self.rows), **table}, dtype=str)
-
-    @property
-    def _shown(self) -> list[str]:
-        if "setup" in self.kind.columns():
-            return ["group", "setup", "source"]
-        return ["group", "source", "about"]
 
     def pattern(self, **values: str) -> str:
         """Regular expression of the names of rows that have these values in `table`."""
@@ -88,16 +83,6 @@ def named(rows: Iterable[OfSheet], names: Iterable[str]) -> list[OfSheet]:
 # Recordings.
 
 subset = attrgetter("camera_type", "n_cameras")  # by it the first paper names its recordings
-
-
-def first(rows: Sequence[RecordingRow]) -> Sequence[RecordingRow]:
-    """The first alone."""
-    return rows[:1]
-
-
-def several(rows: Sequence[RecordingRow]) -> Sequence[RecordingRow]:
-    """Two recordings or more; one alone has nothing to be drawn beside."""
-    return rows if len(rows) > 1 else []
 
 
 def having(column: str) -> Callable[[Iterable[OfSheet]], list[OfSheet]]:
@@ -153,7 +138,7 @@ def full_sets(rows: Sequence[RecordingRow]) -> Sequence[RecordingRow]:
     columns = ("camera_type", "n_cameras", "twin")
     known = {row.recording: {name: getattr(row, name) for name in columns} for row in rows}
     names = [standing_for(known, *subset) for subset in TABLE_4.items()]
-    return named(rows, filter(None, names)) or first(rows)
+    return named(rows, filter(None, names)) or rows[:1]
 
 
 def printed(rows: Iterable[RecordingRow], twins: Twins) -> list[RecordingRow]:
@@ -267,19 +252,12 @@ def beside(row: CalibrationRow, rows: Iterable[CalibrationRow]) -> list[Calibrat
     return [r for r in rows if not r.twin and same(r) == same(row) and r.board != row.board]
 
 
-def decoded_files(row: CalibrationRow) -> list[str]:
-    return list(decoded_from(row).values())
-
-
-def compared_files(row: CalibrationRow) -> list[str]:
-    return list(compared_with(row).values())
-
-
 def files(row: RecordingRow | CalibrationRow) -> list[str]:
     """All files that a row names."""
     if isinstance(row, RecordingRow):
         return [*([] if row.twin else row.paths), *covariates(row), *references_of(row)]
-    return [*([] if row.twin else decoded_files(row)), *compared_files(row), *seen_by(row)]
+    decoded = {} if row.twin else decoded_from(row)
+    return [*decoded.values(), *compared_with(row).values(), *seen_by(row)]
 
 
 def batches(rows: Iterable[CalibrationRow]) -> list[list[CalibrationRow]]:

@@ -22,7 +22,7 @@ checkpoint sweeps:
         **cost(1500, 30),
     params:
         code=source("sweeps.py"),
-        contents=contents(selection.decoded_files),
+        contents=contents(selection.decoded_from),
         row=columns("calibration", "twin", "path", "sha256", "format", "board", "known_length"),
         lighthouse=LIGHTHOUSE,
     message:
@@ -51,7 +51,7 @@ rule pose:
     params:
         code=source("pose.py"),
         caption=captions.CALIBRATION_EITHER,
-        contents=contents(selection.compared_files),
+        contents=contents(selection.compared_with),
         row=columns(*ENTRIES),
         beside=entries_beside(*ENTRIES),
         lighthouse=LIGHTHOUSE,
@@ -70,7 +70,7 @@ FURTHER_OF_CALIBRATION = {
         "files": bar_of,
         "output": tables(BAR_OF_CALIBRATION),
         "params": {
-            "contents": contents(selection.decoded_files),
+            "contents": contents(selection.decoded_from),
             "row": columns(*ENTRIES),
             "bar": columns("bar", "length_mm", "length_u_mm", "bar_pose"),
             "other": of_row(other_end),
@@ -152,7 +152,9 @@ for NUMBER, BATCH in enumerate(selection.batches(CALIBRATIONS.rows.values()), st
             **cost(1000, 30),
         params:
             code=source("calibration_twins.py"),
-            contents=[list(map(CONTENTS.get, selection.compared_files(row))) for row in BATCH],
+            contents=[
+                list(map(CONTENTS.get, selection.compared_with(row).values())) for row in BATCH
+            ],
             rows=[{name: getattr(row, name) for name in ENTRIES} for row in BATCH],
             at_rest=selection.names(at_rest(BATCH)),
             against=lambda wildcards, rows=BATCH: [one[:2] for one in against(rows)],

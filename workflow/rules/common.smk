@@ -282,9 +282,14 @@ def columns(*names, of=None):
 
 
 def contents(files, of=None):
-    """Hashes of those files that `files` returns, see `asked`. Snakemake itself does not notice a
-    file with an older date."""
-    return asked(lambda row: [CONTENTS.get(path) for path in files(row)], of)
+    """Hashes of those files that `files` returns by name or as a list, see `asked`. Snakemake itself
+    does not notice a file with an older date."""
+
+    def hashes(row):
+        found = files(row)
+        return list(map(CONTENTS.get, found.values() if isinstance(found, dict) else found))
+
+    return asked(hashes, of)
 
 
 def column(name, of):

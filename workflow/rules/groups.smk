@@ -38,7 +38,7 @@ OF_GROUPS = {
         "message": "tables of noise",
     },
     "families": {
-        "of": groups(selection.several, OTHERS),
+        "of": groups(lambda rows: len(rows) > 1, OTHERS),
         "input": {
             "checks": checks(RECORDINGS, NOISE_OF_GROUP),
             "allan": of_each("allan_masked.parquet", still()),

@@ -5,16 +5,7 @@
 rule pages:
     input:
         results=results_of("recordings", "calibrations", "tables", "figures"),
-        tables=results_of("tables"),
         checks=checks(RECORDINGS) + checks(CALIBRATIONS),
-        verdicts=collect("<results>/recordings/{row.recording}/verdict.json", row=EVERY_RECORDING),
-        poses=collect("<results>/calibrations/{row.calibration}/pose.json", row=EVERY_CALIBRATION),
-        cameras=collect(
-            "<results>/tables/{group}_cameras.json", group=groups(selection.subsets, ABOUT_NOISE)
-        ),
-        changes=collect("<results>/tables/{group}_compare.json", group=groups(pairs, ABOUT_NOISE)),
-        monitors=collect("<results>/monitors/{name}/monitor.json", name=MONITORS),
-        claims=branch(together(OF_SKUROWSKI, OF_JANSEN), then=["<results>/tables/claims.csv"]),
     output:
         # With the category and labels of the table's title
         tables=report(
@@ -45,8 +36,6 @@ rule pages:
         summary=captions.SUMMARY,
         recordings=columns("recording", "group", of=EVERY_RECORDING),
         calibrations=columns("calibration", "setup", "group", "source", of=EVERY_CALIBRATION),
-        cameras=groups(selection.subsets, ABOUT_NOISE),
-        compared=groups(pairs, ABOUT_NOISE),
         subjects=subjects,
         papers=papers,
     message:

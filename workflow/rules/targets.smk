@@ -1,13 +1,8 @@
 # Targets: results of all SUBJECTS, and a gate. A target names its results itself besides the gate,
 # as Snakemake does not make a deleted file again that only a finished gate needs.
 
-TARGETS = {
-    "recordings": results_of("recordings"),
-    "calibrations": results_of("calibrations"),
-    "tables": results_of("tables"),
-    "figures": results_of("figures"),
-    "all": results_of("recordings", "calibrations", "tables", "figures", "pages"),
-}
+PARTS = ("recordings", "calibrations", "tables", "figures")
+TARGETS = {part: results_of(part) for part in PARTS} | {"all": results_of(*PARTS, "pages")}
 
 
 # The gate runs last. It prints one line for each refused recording and fails if there is one.
@@ -36,7 +31,7 @@ rule gate:
         "../scripts/gate.py"
 
 
-for TARGET in ("recordings", "calibrations", "tables", "figures"):
+for TARGET in PARTS:
 
     rule:
         name:

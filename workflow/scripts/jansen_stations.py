@@ -4,7 +4,7 @@ from step import step
 
 with step(snakemake) as log:
     from mocap_metrology.lighthouse.assess.rows import records_of
-    from mocap_metrology.papers.jansen_stations import cells, stations_tables
+    from mocap_metrology.papers.jansen import cells, stations_tables
     from mocap_metrology.present.tables import document, source_sentence, write_with
     from mocap_metrology.present.text import captions
 

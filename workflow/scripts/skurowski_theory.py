@@ -5,7 +5,7 @@ from step import step
 with step(snakemake) as log:
     from pathlib import Path
 
-    from mocap_metrology.papers import camera_tables
+    from mocap_metrology.papers import subsets
     from mocap_metrology.papers.power_laws import table_1
     from mocap_metrology.present import tables
     from mocap_metrology.present.plot.figure import save
@@ -14,7 +14,7 @@ with step(snakemake) as log:
     from mocap_metrology.present.text import captions
 
     folder, paper = Path(snakemake.output[0]).parents[1], captions.PAPERS["skurowski"]
-    laws, types, missing = table_1(), camera_tables.table_2(), theory.left_out()
+    laws, types, missing = table_1(), subsets.table_2(), theory.left_out()
     laws_shown = [{column: row[column] for column in appendix.TABLE_1_SHOWN} for row in laws]
 
     def write(name, rows, shown, title, caption):
@@ -24,7 +24,7 @@ with step(snakemake) as log:
 
     title = f"{paper}, Table 1: power-law noises"
     write("skurowski_table1", laws, laws_shown, title, captions.TABLE_1)
-    title, shown = f"{paper}, Table 2: cameras", camera_tables.side_by_side()
+    title, shown = f"{paper}, Table 2: cameras", subsets.side_by_side()
     write("skurowski_table2", types, shown, title, captions.TABLE_2)
     title = "Left out: figures of both papers that are not regenerated"
     write("left_out", missing, missing, title, captions.LEFT_OUT_TABLE)

@@ -8,8 +8,7 @@ with step(snakemake):
 
     from mocap_metrology.accuracy.bar import BarEntry
     from mocap_metrology.common.files import REFUSED, write_json, write_table
-    from mocap_metrology.recording.bar import write_take
-    from mocap_metrology.recording.bar_take import read_bar
+    from mocap_metrology.recording.bar import read_bar, write_take
     from mocap_metrology.recording.clean import Entry, refused_in_sheet, simulated
     from mocap_metrology.settings import Settings
 

@@ -14,7 +14,6 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.present.accuracy.bar import bar_lines
 from mocap_metrology.present.text.numbers import duration_words
 from mocap_metrology.recording import bar
-from mocap_metrology.recording.bar_take import read_bar
 from mocap_metrology.recording.clean import Entry
 
 
@@ -26,7 +25,7 @@ def check_bar(path: Path, folder: Path, options: argparse.Namespace) -> str:
     bar_row = BarEntry(options.bar, options.length, options.length_u)
     named = {"recording": results.name_of(path), "source": "measured", "twin": None}
     try:
-        reading = read_bar(entry, bar_row, SETTINGS, named)
+        reading = bar.read_bar(entry, bar_row, SETTINGS, named)
         take = reading.take
         n, rate = take.length_mm.size, take.frame_rate_hz
         pair = " and ".join(reading.pair)

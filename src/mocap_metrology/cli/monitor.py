@@ -299,16 +299,9 @@ def _made_again(sheet: Sheet, line: Line, folder: Path, settings: Settings) -> M
     if missing:
         raise Refusal(f"{missing[0]}: no such file; expected the take of row {line.number}")
     results.tell(f"{recording}: reading again")
-    with _part(sheet.folder / RESULTS) as part:
-        target = part / "recordings" / recording
-        target.mkdir(parents=True)
+    with results.replaced(folder, ()) as part:
         entry, pairs = _entry(sheet, line)
-        cleaned = clean(entry, analyse.origin(recording, pairs), settings, target)
-        take = write_take(cleaned, settings)
-        folder.mkdir(parents=True, exist_ok=True)
-        for file in target.iterdir():
-            file.replace(folder / file.name)
-    return take
+        return write_take(clean(entry, analyse.origin(recording, pairs), settings, part), settings)
 
 
 def _analysed(sheet: Sheet, line: Line, folder: Path, settings: Settings) -> Mapping[str, Any]:

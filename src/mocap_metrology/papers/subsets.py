@@ -1,5 +1,5 @@
-"""Which recording stands for a subset of cameras of S, and what the coefficients of a twin lead to
-on average."""
+"""Subsets of cameras of S: which recording stands for one, what the coefficients of a twin lead to
+on average, and Tables 2 (types of cameras, of which nothing can be regenerated) and 3."""
 
 from __future__ import annotations
 
@@ -10,7 +10,11 @@ import numpy as np
 import pandas as pd
 
 from mocap_metrology.noise.gaussian.moments import expected_moments
-from mocap_metrology.noise.twins.published import published_gaussian
+from mocap_metrology.noise.twins.published import (
+    published_cameras,
+    published_gaussian,
+    published_subsets,
+)
 from mocap_metrology.noise.twins.twin import Twin
 
 # The recording for each row of S Table 4. Its Vantage row agrees with nine cameras;
@@ -118,3 +122,40 @@ def sound_subsets(recordings: Sheet) -> dict[str, dict[int, str]]:
         }
         for kind, counts in numbers.items()
     }
+
+
+# ---- Tables 2 and 3
+
+
+def table_2() -> list[dict[str, Any]]:
+    """One row a number: the value as printed, its unit, and how sure its reading is."""
+    return [
+        {"camera_type": kind, "quantity": line["spec"], "unit": line["unit"]}
+        | {"published": line[kind], "regenerated": None, "source": "cited"}
+        | {name: line[name] for name in ("ambiguity", "note", "printed_line")}
+        for line in published_cameras()
+        for kind in TYPES
+    ]
+
+
+def side_by_side() -> list[dict[str, Any]]:
+    """Table 2 to read: one row a quantity, what is printed of each type in a column."""
+    return [
+        {"quantity": line["spec"], "unit": line["unit"]}
+        | {kind: line[kind] for kind in TYPES}
+        | {"source": "cited", "ambiguity": line["ambiguity"], "note": line["note"]}
+        for line in published_cameras()
+    ]
+
+
+def table_3(recordings: Sheet) -> list[dict[str, Any]]:
+    """S Table 3: the cameras of every subset, as published and as in the sheet."""
+    rows = []
+    for (camera_type, n_cameras), ids in published_subsets().items():
+        row = recordings.get(standing_for(recordings, camera_type, n_cameras) or "")
+        subset = {"camera_type": camera_type, "n_cameras": n_cameras}
+        regenerated = ";".join(map(str, row["camera_ids"])) if row else None
+        cells = {"published": ";".join(map(str, ids)), "regenerated": regenerated}
+        recording = row["recording"] if row else None
+        rows.append(subset | cells | {"source": source_of(row), "recording": recording})
+    return rows

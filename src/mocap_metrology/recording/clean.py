@@ -46,6 +46,10 @@ from mocap_metrology.settings import Settings
 log = logging.getLogger(__name__)
 CHUNK = 65_536  # frames
 SAMPLED = 4096  # frames in which two labels of one marker are seen to be
+OF_READING = (  # what the metadata of tables have of `Recording` as it is
+    *("labels", "frame_rate_hz", "resolution_mm", "resolution_kind", "unit_source"),
+    *("n_gap_frames", "n_invalid", "notes"),
+)
 UNIT_ASSUMED = "the file names no unit, so its coordinates are assumed to be in mm"
 OUTLIERS = (  # columns of outliers.csv
     *("series", "action", "n_sigma", "window_frames", "n_frames", "n_valid", "n_outliers", "share"),
@@ -294,21 +298,14 @@ def trajectories(recording: Recording, named: files.Metadata, over: MapFunction 
     coordinates = recording.position_mm.reshape(-1, recording.position_mm.shape[2])
     names = [f"{name}_mm" for name in coordinate_names(len(recording.labels))]
     columns = {"frame": np.arange(coordinates.shape[1], dtype=np.int32)}
-    origin = named | {
+    origin = named | {name: getattr(recording, name) for name in OF_READING}
+    origin |= {
         "unit": "mm",
-        "labels": recording.labels,
         "pairs": pair_numbers(recording.labels, named.get("pairs")),
-        "frame_rate_hz": recording.frame_rate_hz,
-        "resolution_mm": recording.resolution_mm,
-        "resolution_kind": recording.resolution_kind,
         "file_units": recording.units,
-        "unit_source": recording.unit_source,
         "file_encoding": recording.encoding,
-        "n_gap_frames": recording.n_gap_frames,
-        "n_invalid": recording.n_invalid,
         "n_filled_frames": dict(zip(recording.labels, filled.sum(axis=1).tolist(), strict=True)),
         "segments": [asdict(segment) for segment in recording.segments],
-        "notes": recording.notes,
         "versions": files.versions("numpy", "pyarrow"),
     }
     few_values = tuple(names) if recording.resolution_kind == "int16" else ()

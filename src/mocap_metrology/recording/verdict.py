@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from mocap_metrology.common.files import read_json, write_json, write_text
-from mocap_metrology.common.parallel import MapFunction, in_turn
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise import filters
 from mocap_metrology.noise.assess.recording import Inputs, assess_recording
@@ -18,24 +16,53 @@ from mocap_metrology.noise.assess.uncertainty import Span
 from mocap_metrology.noise.diagnosis.findings import Finding, findings_of
 from mocap_metrology.noise.diagnosis.recording import diagnose as diagnose_series
 from mocap_metrology.noise.diagnosis.records import Diagnosis, DiagnosisSettings, Recording
-from mocap_metrology.noise.fit.estimates import NoiseRow
-from mocap_metrology.noise.motion.movement import Movement
 from mocap_metrology.present.diagnosis import write_diagnosis
 from mocap_metrology.present.text.diagnosis import sentences
 from mocap_metrology.present.text.sentence import Sentence
 from mocap_metrology.present.verdict.words import verdict_document
 from mocap_metrology.recording.progress import CALM, Progress
-from mocap_metrology.recording.results import Results, Table, masked
+from mocap_metrology.recording.results import Results, masked
 from mocap_metrology.settings import Settings
 
 
+@dataclass(frozen=True)
+class Diagnosed:
+    """A recording, what was found in it, as codes and numbers, and in words."""
+
+    recording: Recording
+    diagnosis: Diagnosis
+    findings: Sequence[Finding]
+    sentences: Sequence[Sentence]
+
+
 def diagnose(results: Results, settings: Settings, progress: Progress = CALM) -> Diagnosed:
-    """Disturbances of a recording: diagnosis.json, events.csv, periodic.csv, filters.csv."""
+    """Events, lines, resolution and filters of a recording: diagnosis.json, events.csv,
+    periodic.csv, filters.csv."""
     progress.step("events, periodic disturbances, filters")
-    raw, over = results.raw, progress.over
-    diagnosis = diagnosed(raw, results.psd, results.noise, settings, over, results.movements)
-    diagnosis.write(results.folder, raw.origin["recording"], raw.origin["source"])
-    return diagnosis
+    raw, psd, noise, origin = results.raw, results.psd, results.noise, results.raw.origin
+    recording = Recording(
+        raw.coordinates,
+        origin["labels"],
+        raw.pairs,
+        origin["frame_rate_hz"],
+        origin["resolution_mm"],
+        origin["resolution_kind"],
+        origin["n_filled_frames"],
+        results.movements,
+        origin.get("exchanged", ()),
+    )
+    how = DiagnosisSettings(
+        **settings.diagnosis.model_dump(),
+        still_range_mm=settings.still.range_mm,
+        horizon_s=settings.verdict.horizon_s,
+    )
+    over = progress.over
+    diagnosis = diagnose_series(recording, noise, psd.columns, how, psd.origin["psd"], over)
+    findings = findings_of(recording, diagnosis, noise)
+    words = sentences(recording, diagnosis, noise, how)
+    found = recording, diagnosis, findings, words
+    write_diagnosis(results.folder, origin["recording"], origin["source"], *found)
+    return Diagnosed(*found)
 
 
 def verdict(
@@ -74,50 +101,3 @@ def verdict(
     write_text(results.folder / "noise_ros.yaml", filters.ros_yaml(written, covariances))
     write_text(results.folder / "px4.params", filters.px4_params(written, covariances))
     return written
-
-
-@dataclass(frozen=True)
-class Diagnosed:
-    """A recording, what was found in it, as codes and numbers, and in words."""
-
-    recording: Recording
-    diagnosis: Diagnosis
-    findings: Sequence[Finding]
-    sentences: Sequence[Sentence]
-
-    def write(self, folder: Path, name: str, source: str) -> None:
-        """diagnosis.json, events.csv, periodic.csv, filters.csv."""
-        parts = self.recording, self.diagnosis, self.findings, self.sentences
-        write_diagnosis(folder, name, source, *parts)
-
-
-def diagnosed(
-    raw: Table,
-    psd: Table,
-    noise: Sequence[NoiseRow],
-    settings: Settings,
-    over: MapFunction = in_turn,
-    movements: Mapping[str, Movement] | None = None,
-) -> Diagnosed:
-    """Events, lines, resolution and filters of a recording; noise: rows of noise.csv; movements: of
-    coordinates, where they are known already."""
-    origin = raw.origin
-    recording = Recording(
-        raw.coordinates,
-        origin["labels"],
-        raw.pairs,
-        origin["frame_rate_hz"],
-        origin["resolution_mm"],
-        origin["resolution_kind"],
-        origin["n_filled_frames"],
-        movements or {},
-        origin.get("exchanged", ()),
-    )
-    how = DiagnosisSettings(
-        **settings.diagnosis.model_dump(),
-        still_range_mm=settings.still.range_mm,
-        horizon_s=settings.verdict.horizon_s,
-    )
-    diagnosis = diagnose_series(recording, noise, psd.columns, how, psd.origin["psd"], over)
-    findings = findings_of(recording, diagnosis, noise)
-    return Diagnosed(recording, diagnosis, findings, sentences(recording, diagnosis, noise, how))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mocap_metrology.papers.studies.cases import Case, draw, spread_out, twin_of
+from mocap_metrology.papers.studies.study import Case, draw, spread_out, twin_of
 
 
 @pytest.mark.parametrize(("distance_m", "baseline_m"), [(2.0, 2.0), (3.0, 4.0), (1.0, 1.0)])

@@ -12,7 +12,7 @@ from mocap_workflow.recording_twins import twin_from_mapping
 from mocap_metrology.noise.gaussian.moments import Cleaning
 from mocap_metrology.noise.gaussian.two_markers import gaussian_model
 from mocap_metrology.noise.twins.published import published_gaussian
-from mocap_metrology.papers import camera_tables, gaussian_table, power_laws
+from mocap_metrology.papers import gaussian_table, power_laws, subsets
 from mocap_metrology.present.skurowski import appendix, theory_figures
 from mocap_metrology.present.text import captions
 
@@ -73,10 +73,10 @@ def test_every_number_of_table_2_is_there(root: Path) -> None:
     file = root / "src/mocap_metrology/reference/camera_specs_table2.csv"
     lines = list(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
     printed = {(k, line["spec"]): line[k] for line in lines for k in ("T40", "Bonita", "Vantage")}
-    rows = camera_tables.table_2()
+    rows = subsets.table_2()
     assert {(r["camera_type"], r["quantity"]): r["published"] for r in rows} == printed
     assert len(of(rows, ambiguity="open", source="cited")) == 12
-    beside = {(k, r["quantity"]): r[k] for r in camera_tables.side_by_side() for k, _ in printed}
+    beside = {(k, r["quantity"]): r[k] for r in subsets.side_by_side() for k, _ in printed}
     assert beside == printed
 
 

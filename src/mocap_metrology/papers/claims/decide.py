@@ -63,16 +63,14 @@ def decides(*ids: str) -> Callable[[F], F]:
 def at_least(flags: Sequence[bool], least: float) -> str:
     """Whether flags are true in a share of `least`: undecided where the 95 % interval of the share
     (Clopper-Pearson) contains it, except if all are true."""
-    from scipy.special import betaincinv
+    from scipy.stats import binomtest
 
-    hits, total = int(np.sum(flags)), len(flags)
-    if not total:
+    if not flags:
         return UNKNOWN
-    low = betaincinv(hits, total - hits + 1, 0.025) if hits else 0.0
-    high = betaincinv(hits + 1, total - hits, 0.975) if hits < total else 1.0
-    if hits == total or low >= least:
+    interval = binomtest(int(sum(flags)), len(flags)).proportion_ci(0.95)
+    if all(flags) or interval.low >= least:
         return HOLDS
-    return DOES_NOT if high < least else UNKNOWN
+    return DOES_NOT if interval.high < least else UNKNOWN
 
 
 def median_error(values: Sequence[float] | np.ndarray) -> float:

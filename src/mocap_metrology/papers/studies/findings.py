@@ -17,8 +17,7 @@ import numpy as np
 
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.fit.board_pose import MIRRORED_RAD
-from mocap_metrology.papers.studies.errors import UNWEIGHTED, WEIGHTED
-from mocap_metrology.papers.studies.study import ESTIMATED, REAL
+from mocap_metrology.papers.studies.study import ESTIMATED, REAL, UNWEIGHTED, WEIGHTED
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -57,17 +56,12 @@ def median_interval(values: Floats) -> Interval:
 
     Fewer than six values have no such interval of 95 %.
     """
-    from scipy.stats import binom
+    from scipy.stats import quantile_test
 
-    n = len(values)
-    if not n:
+    if not len(values):
         return NONE
-    ordered = np.sort(values)
-    k = int(binom.ppf((1 - CONFIDENCE) / 2, n, 0.5))  # the smallest with P(B <= k) at least this
-    middle = float(np.median(ordered))
-    if not k:
-        return Interval(middle, math.nan, math.nan)
-    return Interval(middle, float(ordered[k - 1]), float(ordered[n - k]))
+    ends = quantile_test(values, p=0.5).confidence_interval(CONFIDENCE)
+    return Interval(float(np.median(values)), float(ends.low), float(ends.high))
 
 
 def rank_correlation(x: Floats, y: Floats) -> Interval:

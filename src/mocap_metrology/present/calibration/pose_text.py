@@ -73,43 +73,34 @@ def _cells(values: Iterable[float], digits: int, sign: bool = False) -> list[str
 
 
 def facts(files: data.CalibrationFiles) -> list[str]:
-    """Lines beside the numbers: the data behind the pose, distances to where the board was on the
-    whole, and the stations."""
-    entry, paths, lines = files.chosen, files.shown_paths(), []
-    if is_network(files.pose):
-        return _network_facts(files) + [_station(station) for station in files.stations]
+    """Lines beside the numbers: the data behind the pose, of two stations distances to where the
+    board was on the whole, of more how parts of the recording differ, and the stations."""
+    known = {name: entry for name, entry in files.entries.items() if entry is not None}
+    entry, paths, lines = next(iter(known.values()), None), files.shown_paths(), []
+    of_two = not is_network(files.pose)
     if entry is not None:
-        baseline = np.linalg.norm(entry["translation_mm"]) / 1e3
         lines.append(f"{entry['estimator']}, stage {entry['stage']}, {entry['optics']} optics")
-        lines.append(f"baseline {number(float(baseline), 3)} m")
+        if of_two:
+            baseline = np.linalg.norm(entry["translation_mm"]) / 1e3
+            lines.append(f"baseline {number(float(baseline), 3)} m")
         if (residual := entry.get("residual_rms_urad")) is not None:
-            limit, good = data.limit_of(files.pose, "residual")
+            limit, good = data.limit_of(files.pose, "residual") if of_two else (None, False)
             below = f" ({'good' if good else 'usable'} below {limit:.0f})" if limit else ""
-            lines.append(f"residual {residual:.0f} µrad of {number(entry['n_angles'])} angles")
-            lines[-1] += below
-        if (share := entry.get("mirrored_share")) is not None:
+            n = number(entry["n_angles"])
+            lines.append(f"residual {residual:.0f} µrad of {n} angles{below}")
+        if of_two and (share := entry.get("mirrored_share")) is not None:
             lines.append(f"mirrored board poses {100 * share:.2g} %")
-    if paths is not None:
+    if of_two and paths is not None:
         both = files.agreement()
         board_m = np.median(paths[MASTER].t_m if both is None else both.master_m, axis=0)
         lines.append(f"board {number(float(np.linalg.norm(board_m)), 2)} m from the master")
         if entry is not None:
             slave = board_m - np.array(entry["translation_mm"]) / 1e3
             lines[-1] += f", {number(float(np.linalg.norm(slave)), 2)} m from the slave"
-    return lines + [_station(station) for station in files.stations]
-
-
-def _network_facts(files: data.CalibrationFiles) -> list[str]:
-    known = {name: entry for name, entry in files.entries.items() if entry is not None}
-    if not known:
-        return []
-    one = next(iter(known.values()))
-    lines = [f"{one['estimator']}, stage {one['stage']}, {one['optics']} optics"]
-    n = number(one["n_angles"])
-    lines.append(f"residual {one['residual_rms_urad']:.0f} µrad of {n} angles")
-    halves = {name: entry["halves"] for name, entry in known.items()}
+    halves = {} if of_two else {name: one["halves"] for name, one in known.items()}
     parts = [f"{name}: {h['mm']:.1f} mm, {h['deg']:.2f}°" for name, h in halves.items() if h]
-    return lines + ([f"parts differ, {'; '.join(parts)}"] if parts else [])
+    lines += [f"parts differ, {'; '.join(parts)}"] if parts else []
+    return lines + [_station(station) for station in files.stations]
 
 
 def _station(station: Record) -> str:

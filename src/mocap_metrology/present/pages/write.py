@@ -4,7 +4,7 @@ summary that is read first."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,7 @@ from mocap_metrology.common.files import read_json
 from mocap_metrology.common.types import Record
 from mocap_metrology.present.pages import comparison, details, site, summary
 from mocap_metrology.present.plot.figure import Picture, Texts, caption_of
+from mocap_metrology.present.tables import read
 from mocap_metrology.present.text.captions import PAPERS
 from mocap_metrology.present.text.sentence import render
 from mocap_metrology.present.verdict import words
@@ -26,21 +27,40 @@ MEAN_UNITS = ("", " (mm)", "", " (mm)", "", " (s)", " (s)")  # of `words.mean_ta
 class Results:
     """What there is in a folder of results.
 
-    recordings, calibrations: rows of the sheets, accepted; cameras, changes: JSON files by group;
-    claims: rows of claims.csv; papers: those that have results; subjects: names with a page, by
-    kind; files: figures and tables; monitors: monitor.json of each facility by name.
+    recordings, calibrations: rows of the sheets, accepted; papers: those that have results;
+    subjects: names with a page, by kind; files: all results.
     """
 
     folder: Path
     recordings: list[Record]
     calibrations: list[Record]
-    cameras: Mapping[str, str]
-    changes: Mapping[str, str]
-    claims: list[Record]
     papers: Sequence[str]
     subjects: Mapping[str, Sequence[str]]
     files: list[Path]
-    monitors: Mapping[str, Path] = field(default_factory=dict)
+
+    def tables(self, suffix: str) -> list[Path]:
+        """Files of the folder of tables, of groups and papers."""
+        folder = self.folder / "tables"
+        return [path for path in self.files if path.parent == folder and path.suffix == suffix]
+
+    def of_groups(self, kind: str) -> dict[str, Any]:
+        """Contents of <group>_<kind>.json, by group."""
+        paths = {
+            group: self.folder / f"tables/{group}_{kind}.json" for group in self.subjects["group"]
+        }
+        return {group: read_json(path) for group, path in paths.items() if path in self.files}
+
+    @cached_property
+    def monitors(self) -> dict[str, Any]:
+        """monitor.json of each facility that is watched, by name."""
+        names = self.subjects["monitor"]
+        return {name: read_json(self.folder / f"monitors/{name}/monitor.json") for name in names}
+
+    @cached_property
+    def claims(self) -> list[Any]:
+        """Rows of claims.csv."""
+        paths = [path for path in self.tables(".csv") if path.stem == "claims"]
+        return [row for path in paths for row in read(path).fillna("").to_dict("records")]
 
     @cached_property
     def verdicts(self) -> list[Record]:
@@ -74,15 +94,15 @@ class Results:
         return details.page(title, figures, csv, **more)
 
 
-def table_pages(tables: Iterable[Path], papers: Sequence[str]) -> dict[str, str]:
+def table_pages(results: Results) -> dict[str, str]:
     """A page of each table in Markdown, by file name; of a paper's, first what it compares."""
     pages = {}
-    for source in (path for path in tables if path.suffix == ".md"):
+    for source in results.tables(".md"):
         name, csv = source.stem, source.with_suffix(".csv")
         short = comparison.of_file(csv) if csv.is_file() else None
         paper = comparison.paper_of(name)
         up = {}
-        if paper in papers:
+        if paper in results.papers:
             up[PAPERS[paper]] = f"../{details.address('paper', paper)}"
         if (source.parents[1] / "figures" / f"{name}.pdf").is_file():
             up["PDF"] = f"../figures/{name}.pdf"
@@ -93,25 +113,20 @@ def table_pages(tables: Iterable[Path], papers: Sequence[str]) -> dict[str, str]
 
 def detail_pages(results: Results) -> dict[Path, str]:
     """A page of each subject, by its path in the folder."""
+    titles = {"paper": PAPERS.__getitem__, "monitor": "Monitor {}".format}
     return {
         Path(details.address(kind, name)).relative_to("details"): results.page(
-            kind, name, _title(kind, name), csv, **more
+            kind, name, titles.get(kind, str)(name), csv, **more
         )
         for kind, name, csv, more in _subjects(results)
     }
 
 
-def _title(kind: str, name: str) -> str:
-    if kind == "paper":
-        return PAPERS[name]
-    return f"Monitor {name}" if kind == "monitor" else name
-
-
 def _subjects(results: Results) -> Iterator[tuple[str, str, list[Path], dict[str, Any]]]:
     """Kind, name, tables beside its own, and further arguments of each page."""
     changes: dict[str, str] = {}
-    for path in results.changes.values():
-        changes |= read_json(path)["recordings"]
+    for compared in results.of_groups("compare").values():
+        changes |= compared["recordings"]
     groups = results.subjects["group"]
     rows = zip(results.recordings, results.verdicts, strict=True)
     for name, group, verdict in ((r["recording"], r["group"], v) for r, v in rows):
@@ -133,13 +148,12 @@ def _subjects(results: Results) -> Iterator[tuple[str, str, list[Path], dict[str
             *(str(one.get("sentence") or one["refused"]) for one in documents),
         ]
         yield "calibration", name, [], _judged(verdict, lines, row["group"], groups)
-    for name, document in results.monitors.items():
-        state = read_json(document)
+    for name, state in results.monitors.items():
         told = [render("monitor.left_out", **one) for one in state["left_out"]]
         lines = list(dict.fromkeys([*state["reasons"], *told]))
         yield "monitor", name, [], {"verdict": state["word"], "lines": lines}
     yield from (("group", group, [], {}) for group in groups)
-    csv = [path for path in results.files if path.suffix == ".csv"]
+    csv = results.tables(".csv")
     for paper in results.papers:
         claims = details.of_paper(results.claims, paper)
         numbers = [
@@ -164,9 +178,7 @@ def overview(results: Results) -> Picture:
     return overview_figure(mine, texts)
 
 
-def summaries(
-    results: Results, checks: Iterable[Path], tables: Iterable[Path], png: Path
-) -> tuple[str, str]:
+def summaries(results: Results, checks: Iterable[Path], png: Path) -> tuple[str, str]:
     """The summary as a page, and as the front of the report.
 
     checks: check.json of all that was measured, refused or not; png: the `overview`, saved.
@@ -180,13 +192,13 @@ def summaries(
         results.verdicts,
         results.poses,
         refused,
-        {group: read_json(path) for group, path in results.cameras.items()},
-        {group: read_json(path) for group, path in results.changes.items()},
+        results.of_groups("cameras"),
+        results.of_groups("compare"),
         png.read_bytes(),
         caption_of(png)[1],
-        {name: read_json(path)["line"] for name, path in results.monitors.items()},
+        {name: document["line"] for name, document in results.monitors.items()},
     )
-    csv = [path for path in tables if path.suffix == ".csv"]
+    csv = results.tables(".csv")
     papers = [
         summary.Paper(
             PAPERS[paper],
@@ -196,7 +208,7 @@ def summaries(
         )
         for paper in results.papers
     ]
-    names = [path.stem for path in csv if path.parent.name == "tables"]
+    names = [path.stem for path in csv]
 
     def address(kind: str, name: str) -> str:
         return details.address(kind, name) if name in results.subjects[kind] else ""

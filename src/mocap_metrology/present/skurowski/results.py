@@ -19,7 +19,6 @@ from mocap_metrology.noise.series import length_s
 from mocap_metrology.noise.twins.published import published_gaussian
 from mocap_metrology.noise.twins.twin import Twin
 from mocap_metrology.papers import coefficient_tables, gaussian_table, subsets
-from mocap_metrology.papers.camera_tables import table_3
 from mocap_metrology.present import tables
 from mocap_metrology.present.plot.figure import Picture
 from mocap_metrology.present.skurowski import (
@@ -116,7 +115,12 @@ def write_tables(of: Recordings, folder: Path) -> Iterator[str]:
     support = coefficient_tables.support_counts(every)
     white = f"{counts} {captions.WHITE} {form}"
     for name, rows, title, caption in (
-        ("table3", table_3(of.rows), "Table 3: camera subsets", f"{captions.TABLE_3} {sentence}"),
+        (
+            "table3",
+            subsets.table_3(of.rows),
+            "Table 3: camera subsets",
+            f"{captions.TABLE_3} {sentence}",
+        ),
         ("white_levels", levels, "Tables A1-A3: white noise given back", white),
         ("support", support, "Tables A1-A3: limits from the length", f"{captions.SUPPORT} {form}"),
     ):

@@ -28,11 +28,6 @@ STATED = {
 # Names of the quantities, in the order of the figure
 FRAME, NEAR = "one frame", "one frame within 1 s"
 MEANS = ("mean of 1 s", "mean of 10 s", "mean of 60 s")
-NUMBERS = (  # of a series
-    *("sigma_frame_mm", "sigma_frame_lower_mm", "sigma_frame_upper_mm", "sigma_recording_mm"),
-    *("frame_mm", "frame_lower_mm", "frame_upper_mm", "adev_min_mm", "adev_min_lower_mm"),
-    *("adev_min_upper_mm", "tau_min_s", "adev_still_falls"),
-)
 MOST_ROWS = 24  # of a table on the terminal, and of the figure
 OF_MEAN = ("duration_s", "adev_mm", "uncertainty_mm", "lower_mm", "upper_mm", "measured_mm",
            "shares")  # fmt: skip
@@ -291,20 +286,16 @@ def why_measured(unmodelled: Unmodelled | None, others: Collection[Unmodelled | 
 
 
 def _series(numbers: SeriesNumbers) -> Row:
-    means = [{name: getattr(mean, name) for name in OF_MEAN} for mean in numbers.means]
-    return {
-        "status": numbers.status,
-        "basis": numbers.basis,
+    """All its numbers, and in words why they are measured."""
+    row = vars(numbers) | {
         "why_measured": why_measured(numbers.unmodelled),
-        **{name: getattr(numbers, name) for name in NUMBERS},
-        "means": means,
+        "means": [{name: getattr(mean, name) for name in OF_MEAN} for mean in numbers.means],
         "shares": numbers.shares,
         "kinds": [vars(one) | {"class": _class(one.T_c_s)} for one in numbers.kinds],
-        "floor_mm": numbers.floor_mm,
-        "drift_mm_per_h": numbers.drift_mm_per_h,
-        "range_mm": numbers.range_mm,
         "mean_of_all": vars(numbers.mean_of_all),
     }
+    del row["unmodelled"]
+    return row
 
 
 def _class(T_c_s: float) -> str:

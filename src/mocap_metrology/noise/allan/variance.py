@@ -88,8 +88,8 @@ def allan_variance(
     n_full = np.maximum(series.size - ORDER[estimator] * m + 1 + (estimator == "mdev"), 0)
     valid = np.isfinite(series)
     centred = np.where(valid, series - (series[valid].mean() if valid.any() else 0.0), 0.0)
-    if estimator == "oadev" and valid.all():
-        total = sums_without_gaps(centred, m, n_full)
+    if valid.all():
+        total = sums_without_gaps(centred, m, n_full, estimator)
         n_terms, excess = n_full, np.zeros(m.size)
     else:
         total, n_terms, excess = gapped(centred, valid, m, n_full, estimator, min_coverage)
@@ -108,13 +108,14 @@ def running_sum(series: np.ndarray) -> np.ndarray:
     return sums
 
 
-def sums_without_gaps(series: np.ndarray, m: np.ndarray, n_full: np.ndarray) -> np.ndarray:
-    """(k,) sums of the squared terms of the Allan variance of a series (n,) of mean 0 without gaps,
-    over the averaging factors m (k,), of which n_full (k,) terms there are; as `variance` scales
-    them."""
-    total = np.zeros(m.size)
-    _sum(running_sum(series), m, n_full, total)
-    return total
+def sums_without_gaps(
+    series: np.ndarray, m: np.ndarray, n_full: np.ndarray, estimator: str
+) -> np.ndarray:
+    """(k,) sums of the squared terms of a series (n,) of mean 0 without gaps, over the averaging
+    factors m (k,), of which n_full (k,) terms there are; as `variance` scales them."""
+    if estimator == "mdev":
+        return _sum_modified(running_sum(series), m, n_full)
+    return _sum(running_sum(series), m, n_full, estimator == "hdev")
 
 
 def gapped(
@@ -125,9 +126,8 @@ def gapped(
     estimator: str,
     min_coverage: float,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The same of any estimator and a series with gaps, `valid` (n,) where there are samples: sums,
-    number of terms, and what the gaps add to the mean of the squares (see `variance`), each
-    (k,)."""
+    """The same of a series with gaps, `valid` (n,) where there are samples: sums, number of terms,
+    and what the gaps add to the mean of the squares (see `variance`), each (k,)."""
     sums, counts, n_terms = running_sum(series), running_sum(valid), np.zeros(m.size)
     # One sample has no scatter, so a window needs two
     least = np.maximum(np.minimum(m, 2), np.ceil(min_coverage * m)).astype(np.float64)
@@ -136,8 +136,6 @@ def gapped(
         total = _sum_modified_gapped(sums, counts, m, least, n_full, n_terms)
     else:
         total = _sum_gapped(sums, counts, m, least, n_full, hadamard, n_terms)
-    if valid.all():
-        return total, n_full, np.zeros(m.size)
     weights = np.array([1.0, 4.0, 1.0] if hadamard else [1.0, 1.0, 0.0])
     squares = running_sum(series * series)
     excess = _gap_excess(sums, squares, counts, m, least, n_full, weights)
@@ -147,26 +145,60 @@ def gapped(
 
 
 @njit(fastmath=REORDER)
-def _block(near: Floats, middle: Floats, far: Floats) -> float:
+def _allan_block(s: Floats, m: int, n: int) -> float:
+    near, middle, far = s[:n], s[m : m + n], s[2 * m : 2 * m + n]
     total = 0.0
-    for i in range(near.size):
+    for i in range(n):
         difference = far[i] - 2.0 * middle[i] + near[i]
         total += difference * difference
     return total
 
 
+@njit(fastmath=REORDER)
+def _hadamard_block(s: Floats, m: int, n: int) -> float:
+    first, second, third, fourth = s[:n], s[m : m + n], s[2 * m : 2 * m + n], s[3 * m : 3 * m + n]
+    total = 0.0
+    for i in range(n):
+        difference = fourth[i] - 3.0 * third[i] + 3.0 * second[i] - first[i]
+        total += difference * difference
+    return total
+
+
 @njit
-def _sum(s: Floats, m: Integers, n_full: Integers, total: Floats) -> None:
-    """Sum of squared differences, block by block of the series and not tau by tau: the block stays
-    in the cache while all taus use it."""
+def _sum(s: Floats, m: Integers, n_full: Integers, hadamard: bool) -> Floats:
+    """(k,) sums of squared differences, block by block of the series and not tau by tau: the block
+    stays in the cache while all taus use it."""
+    total = np.zeros(m.size)
     for start in range(0, s.size, BLOCK):
         for k in range(m.size):
-            stop, f = min(start + BLOCK, n_full[k]), m[k]
-            if stop > start:
-                later = s[start + f : stop + f], s[start + 2 * f : stop + 2 * f]
-                total[k] += _block(s[start:stop], *later)
+            n = min(BLOCK, n_full[k] - start)
+            if n > 0 and hadamard:
+                total[k] += _hadamard_block(s[start:], m[k], n)
+            elif n > 0:
+                total[k] += _allan_block(s[start:], m[k], n)
     for k in range(m.size):
         total[k] /= float(m[k]) ** 2
+    return total
+
+
+@njit
+def _sum_modified(s: Floats, m: Integers, n_full: Integers) -> Floats:
+    """(k,) sums of squares of the inner mean, which slides: one difference enters, one leaves. (A
+    second running sum would be quicker and, at nine hours of drift, lose all digits of the first
+    taus.)"""
+    total = np.zeros(m.size)
+    for k in range(m.size):
+        f, inner = m[k], 0.0
+        if n_full[k] > 0:
+            for i in range(f):
+                inner += s[i + 2 * f] - 2.0 * s[i + f] + s[i]
+            squares = inner * inner
+            for i in range(n_full[k] - 1):
+                near = s[i + 2 * f] - 2.0 * s[i + f] + s[i]
+                inner += (s[i + 3 * f] - 2.0 * s[i + 2 * f] + s[i + f]) - near
+                squares += inner * inner
+            total[k] = squares / float(f) ** 4
+    return total
 
 
 @njit
@@ -259,9 +291,8 @@ def _sum_gapped(
 def _sum_modified_gapped(
     s: Floats, c: Floats, m: Integers, least: Floats, n_full: Integers, n_terms: Floats
 ) -> Floats:
-    """(k,) sums like `_sum`, over the differences that exist; a term needs nine tenths of them. The
-    inner mean slides: one difference enters, one leaves. (A second running sum would be quicker
-    and, at nine hours of drift, lose all digits of the first taus.)"""
+    """(k,) sums like `_sum_modified`, over the differences that exist; a term needs nine tenths of
+    them."""
     total, differences, uses = np.zeros(m.size), np.empty(s.size), np.empty(s.size)
     for k in range(m.size):
         f = m[k]

@@ -76,7 +76,9 @@ def paths(hits: Hits, board: np.ndarray) -> object:
     """By way of single board poses, whose mirror both stations decide."""
     given = tuple(well_posed(reconstruct(hits, k, len(board)), board) for k in (0, 1))
     optics = Optics("ideal", given, (rotor_parameters(), rotor_parameters()), "optical")
-    return agreed_paths(optics, board, 1, None)
+    found = agreed_paths(optics, board, 1, None)
+    R, t_m = found.pose or (None, None)
+    return {"paths": found.paths, "R": R, "t_m": t_m}
 
 
 def second(name: str, folder: Path | None = None) -> Flat:

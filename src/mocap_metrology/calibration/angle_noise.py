@@ -217,4 +217,5 @@ def _common_variance(
 def _at_factors(curve: AllanCurve, m: np.ndarray) -> AllanCurve:
     """The curve at some of its averaging factors."""
     rows = np.flatnonzero(np.isin(curve.m, m))
-    return AllanCurve(**{k: getattr(curve, k)[rows] for k in AllanCurve.__dataclass_fields__})
+    fields = {k: getattr(curve, k) for k in AllanCurve.__dataclass_fields__}
+    return AllanCurve(**{k: v[..., rows] for k, v in fields.items() if v is not None})

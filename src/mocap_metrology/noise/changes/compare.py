@@ -298,6 +298,8 @@ def coherence(
     x, y = np.asarray(covariate, dtype=float), np.asarray(series, dtype=float)
     length = 2 * x.size // (WINDOWS + 1)
     length -= length % 2  # of an odd one the overlap is rounded, and only seven fit
+    if length < 8 or not (np.isfinite(x).all() and np.isfinite(y).all()):
+        raise Refusal(f"coherence: {x.size} common samples; expected 36 or more without gaps")
     how = {"fs": 1 / step_s, "window": "hann", "nperseg": length, "detrend": "linear"}
     f, cross = csd(x, y, **how)
     power_x, power_y = welch(x, **how)[1], welch(y, **how)[1]

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypedDict, cast
 
+from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.files import read_csv
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise.model.components import (
@@ -44,6 +45,9 @@ class Components:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "alphas", tuple(sorted(self.alphas)))
+        once = len(set(self.alphas)) == len(self.alphas)
+        if not (set(self.alphas) <= set(ALPHAS) and once and self.gauss_markov >= 0):
+            raise Refusal(f"{self}, expected alphas out of {ALPHAS}, each once; gauss_markov >= 0")
 
     @classmethod
     def of(cls, model: NoiseModel) -> Components:

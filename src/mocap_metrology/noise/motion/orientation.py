@@ -162,9 +162,12 @@ def _vectors(turns: Iterable[np.ndarray], n: int) -> np.ndarray:
     vectors, total = np.full((3, n), np.nan), np.zeros((3, 3))
     for part, turned in zip(_chunks(n), turns, strict=True):
         known = np.isfinite(turned).all(axis=(1, 2))
-        total += turned[known].sum(axis=0)
+        # one after the other, so that the sum does not depend on the parts
+        total = np.concatenate([total[None], turned[known]]).sum(axis=0)
         vectors[:, part][:, known] = Rotation.from_matrix(turned[known]).as_rotvec().T
-    back = Rotation.from_matrix(total).inv()
+    u, _, vt = np.linalg.svd(total)
+    u[:, 2] *= np.sign(np.linalg.det(u) * np.linalg.det(vt))  # of full turns it is no rotation
+    back = Rotation.from_matrix(u @ vt).inv()
     for part in _chunks(n):
         known = np.isfinite(vectors[0, part])
         rotations = Rotation.from_rotvec(vectors[:, part][:, known].T)

@@ -175,6 +175,11 @@ BAD = {
     "NaN": ({"avar": np.where(M == 1, np.nan, 1.0)}, "m = 1: nan, expected a number > 0"),
     "zero": ({"avar": np.where(M > 1, 1.0, 0.0)}, "m = 1: 0.0, expected a number > 0"),
     "negative": ({"avar": np.full(M.size, -1.0)}, "(116 of 116 are none)"),
+    "lengths": ({"m": M[:20]}, "expected equal"),
+    "m twice": ({"m": np.ones(M.size)}, "different whole numbers"),
+    "m broken": ({"m": M + 0.5}, "different whole numbers"),
+    "form": ({"form": "textbook"}, "form 'textbook'"),
+    "nothing to fit": ({"components": Components((), 0)}, "at least one component"),
     "short recording": (
         {"m": np.arange(1, 17), "avar": np.ones(16), "duration": 0.15},
         "expected a longer",

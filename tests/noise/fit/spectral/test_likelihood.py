@@ -9,7 +9,7 @@ from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.fit.estimates import Components
 from mocap_metrology.noise.fit.spectral.intervals import law_limit
 from mocap_metrology.noise.fit.spectral.likelihood import check_series, likelihood
-from mocap_metrology.noise.fit.spectral.order import choose, fit_known
+from mocap_metrology.noise.fit.spectral.order import choose, fit_known, penalty
 from mocap_metrology.noise.fit.spectral.periodogram import Periodogram, bins_of
 from mocap_metrology.noise.fit.spectral.whittle import Likelihood, crlb, spectrum_of
 from mocap_metrology.noise.model.components import GaussMarkov, NoiseModel, PowerLaw
@@ -178,3 +178,12 @@ def test_slow_line_and_its_error():
         errors.append((found["A_s"].value - 0.3) / found["A_s"].std_error)
         assert abs(found["T_c1"].value - 0.3) < 4 * found["T_c1"].std_error
     assert np.sqrt(np.mean(np.square(errors))) < 2, errors
+
+
+def test_wrong_settings_are_refused():
+    with pytest.raises(Refusal, match="criterion 'AIC', expected one of bic, aicc"):
+        penalty("AIC", 100.0)
+    with pytest.raises(Refusal, match="expected alphas out of"):
+        Components((3,))
+    with pytest.raises(Refusal, match="no component to fit"):
+        likelihood(series_of(MEDIUM, 1 << 14, 1), RATE, Components((), 0))

@@ -80,7 +80,7 @@ def slopes(m: np.ndarray, avar: np.ndarray, frame_rate_hz: float) -> Estimate:
     Gauss-Markov bump pass for white noise and random walk: that is this method. No errors. cost:
     sum of squares of log10 ADEV about the lines.
     """
-    m, avar = checked(m, avar)
+    m, avar = checked(m, avar, frame_rate_hz)
     used = m <= LONGEST_SHARE * m[-1:]
     log_tau, log_adev = np.log10(m[used] * (1 / frame_rate_hz)), 0.5 * np.log10(avar[used])
     windows = _windows(log_tau)

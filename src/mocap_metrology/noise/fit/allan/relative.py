@@ -30,6 +30,7 @@ from mocap_metrology.noise.model.components import (
     NoiseModel,
     PowerLaw,
     Sinusoid,
+    check_form,
     unit_avar,
 )
 from mocap_metrology.settings import Annealing
@@ -146,11 +147,14 @@ def misfit(
     coefficient at least: relative residuals weigh them, which are a handful of independent
     differences, like short ones, and a slow sinusoid or correlated term then fits their chance.
     """
-    m, avar = checked(m, avar)
+    m, avar = checked(m, avar, frame_rate_hz)
     search, tau0 = search or Annealing(), 1 / frame_rate_hz
     n = len(components.names)
+    if n == 0:
+        raise Refusal(f"{components}, expected at least one component to fit")
     if m.size < n:
         raise Refusal(f"{m.size} Allan variances for {n} coefficients, expected at least {n}")
+    check_form(form)
     duration = 3 * m[-1] * tau0 if duration is None else duration
     if not m[-1] * tau0 < duration < 1e8 * tau0 / min(search.shortest_frames, 1):
         raise Refusal(
@@ -170,10 +174,17 @@ def misfit(
     return Misfit(m, avar, frame_rate_hz, components, form, weights, scaled, unit, lower, upper)
 
 
-def checked(m: np.ndarray, avar: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def checked(m: np.ndarray, avar: np.ndarray, frame_rate_hz: float) -> tuple[np.ndarray, np.ndarray]:
     """m and avar as float arrays by rising m, refused where they are no Allan variances."""
+    m, avar = np.atleast_1d(np.asarray(m, float)), np.atleast_1d(np.asarray(avar, float))
+    if m.ndim != 1 or m.shape != avar.shape:
+        raise Refusal(f"{m.shape} averaging factors, {avar.shape} Allan variances: expected equal")
+    if not (math.isfinite(frame_rate_hz) and frame_rate_hz > 0):
+        raise Refusal(f"frame rate {frame_rate_hz} Hz, expected a number > 0")
     order = np.argsort(m, kind="stable")
-    m, avar = np.asarray(m, float)[order], np.asarray(avar, float)[order]
+    m, avar = m[order], avar[order]
+    if not (np.all(m >= 1) and np.all(m == np.round(m)) and np.all(np.diff(m) > 0)):
+        raise Refusal("averaging factors m, expected different whole numbers >= 1")
     bad = np.flatnonzero(~(np.isfinite(avar) & (avar > 0)))
     if bad.size:
         raise Refusal(

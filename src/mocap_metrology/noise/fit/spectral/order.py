@@ -8,9 +8,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from mocap_metrology.common.errors import Refusal
 from mocap_metrology.noise.fit.spectral.periodogram import gauss_markov_unit
 from mocap_metrology.noise.fit.spectral.whittle import Fit, Likelihood, Spectrum, dictionary
 
+CRITERIA = ("bic", "aicc")
 INSERTIONS = 2  # best places for a further component that are tried
 GRID = 32  # values of T_c a place is looked for among
 
@@ -20,6 +22,8 @@ def penalty(criterion: str, n: float) -> Callable[[int], float]:
 
     BIC: p ln n [Schwarz 1978]; AICc: 2p + 2p(p + 1)/(n - p - 1) [Hurvich & Tsai 1989].
     """
+    if criterion not in CRITERIA:
+        raise Refusal(f"criterion {criterion!r}, expected one of {', '.join(CRITERIA)}")
     if criterion == "aicc":
         return lambda p: 2 * p + 2 * p * (p + 1) / max(n - p - 1, 1.0)
     return lambda p: p * math.log(n)
@@ -39,6 +43,8 @@ def fit_order(likelihood: Likelihood, mixture: Spectrum, terms: int, smaller: Fi
 
 def fit_known(likelihood: Likelihood, alphas: Sequence[int], terms: int) -> Fit:
     """Best fit of a known order, built up one component at a time."""
+    if not (alphas or terms):
+        raise Refusal("no component to fit, expected a power law or a Gauss-Markov term")
     mixture, least = dictionary(likelihood, alphas), 0 if alphas else 1
     best = fit_order(likelihood, mixture, least, None)
     for k in range(least + 1, terms + 1):

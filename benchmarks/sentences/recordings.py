@@ -8,6 +8,7 @@ that the kind does not have.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from scipy import ndimage, signal
@@ -21,13 +22,14 @@ from mocap_metrology.noise.diagnosis.fills import filled_frames
 from mocap_metrology.noise.motion.exchange import put_right
 from mocap_metrology.recording.clean import cleaned, exchanges
 from mocap_metrology.recording.noise import allan_deviations, noise_coefficients, spectra
-from mocap_metrology.recording.results import Table
-from mocap_metrology.recording.verdict import diagnosed
+from mocap_metrology.recording.results import Results, Table
+from mocap_metrology.recording.verdict import diagnose
 from mocap_metrology.settings import Settings
 
 ORIGIN = {
-    **{"recording": "r", "labels": ["A", "B"], "pairs": [[1, 2]], "frame_rate_hz": 100.0},
-    **{"resolution_mm": 4e-6, "resolution_kind": "float32", "n_filled_frames": {}},
+    **{"recording": "r", "source": "measured", "labels": ["A", "B"], "pairs": [[1, 2]]},
+    **{"frame_rate_hz": 100.0, "resolution_mm": 4e-6, "resolution_kind": "float32"},
+    "n_filled_frames": {},
 }
 
 
@@ -153,9 +155,14 @@ def said_of(kinds: dict[str, w.Kind], name: str, *seed: int) -> set[str]:
     settings = Settings(noise={"estimators": ("likelihood",)})
     clean = cleaned(raw, settings.hampel)[0]
     allan = allan_deviations(clean.in_mm(), clean.origin, settings.allan, in_turn)
-    noise = noise_coefficients(raw, allan.columns, settings, None, in_turn, lambda *_: None)[0]
-    psd = spectra(clean.in_mm(), clean.origin, settings.psd)
-    return {found.code for found in diagnosed(raw, psd, noise, settings).findings}
+    with TemporaryDirectory() as folder:
+        results = Results(folder)
+        results.raw = raw
+        results.noise = noise_coefficients(
+            raw, allan.columns, settings, None, in_turn, lambda *_: None
+        )[0]
+        results.psd = spectra(clean.in_mm(), clean.origin, settings.psd)
+        return {found.code for found in diagnose(results, settings).findings}
 
 
 def rows(runs: int) -> Iterator[Row]:

@@ -182,6 +182,17 @@ class File:
         return found[0]
 
 
+def _far(xyz: np.ndarray) -> np.ndarray:
+    """Frames of a marker (n, 3) in mm that are one number three times, 20 mm and more from where it
+    was else: how programs write that it was not seen."""
+    alike = (xyz == xyz[:, :1]).all(axis=1)
+    other = xyz[~alike & np.isfinite(xyz).all(axis=1)]
+    if not len(other):
+        return np.zeros(len(xyz), dtype=bool)
+    outside = (xyz < other.min(axis=0) - 20) | (xyz > other.max(axis=0) + 20)
+    return alike & outside.any(axis=1)
+
+
 def read(raw: bytes, labels: Sequence[str]) -> Values:
     """Positions in mm (n_labels, 3, n_frames), NaN where invalid, frame rate, unit, first frame."""
     file = File(raw)
@@ -215,6 +226,8 @@ def read(raw: bytes, labels: Sequence[str]) -> Values:
     if not is_float:  # what lies beyond is stored as the limit
         bad |= ((xyz <= -32768) | (xyz >= 32767)).any(axis=2)
     xyz = np.where(bad[..., None], np.nan, xyz) * (unit or 1.0) * (1.0 if is_float else scale)
+    for marker in xyz:
+        marker[_far(marker)] = np.nan
     trial = file.trial()  # one that does not go with the data gives no number, either
     return {
         "position_mm": xyz.transpose(0, 2, 1),

@@ -7,14 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from .strict_c3d import Values, need
-from .strict_text import counted, lines_of, number, series, unit_mm, whole
+from .strict_text import counted, lines_of, need_end, number, series, unit_mm, whole
 
 NAME = re.compile(r"(\S+)[_ ]([xyz])")
 
 
 def table(raw: bytes, labels: Sequence[str]) -> Values:
     """`time`, then three columns in mm a label, with commas between; the rate by the times."""
-    lines = [line for line in lines_of(raw) if line.strip(" \t,;")]
+    lines = [line for line in lines_of(raw) if line.strip(" \t,")]
     names = [cell.strip() for cell in lines[0].split(",")]
     rows = [line.split(",") for line in lines[1:]]
     need(names[0] == "time" and len(rows) > 1 and len(rows[0]) == len(names))
@@ -25,12 +25,12 @@ def table(raw: bytes, labels: Sequence[str]) -> Values:
 
 def first_principles(raw: bytes, labels: Sequence[str]) -> Values:
     lines = lines_of(raw)
-    said = dict(line.split(": ") for line in lines[:3])
-    need(lines[0].startswith("Number of frames") and lines[4].startswith("Frame\t"))
-    rows = [line.split("\t") for line in lines[5:] if line.strip()]
-    digits = [len(row[-1].partition(".")[2]) for row in rows if "." in row[-1]]
-    need(not lines[-1] or not digits or digits[-1] >= min(digits))  # else the last may be cut
-    every, rows = _in_order(lines[4].rstrip("\t").split("\t")[1:], rows)
+    head = next(k for k, line in enumerate(lines) if line.startswith("Frame\t"))
+    said = dict(line.split(": ") for line in lines[:head] if line.strip())
+    need(head <= 20)
+    rows = [line.split("\t") for line in lines[head + 1 :] if line.strip()]
+    need_end(lines, rows)
+    every, rows = _in_order(lines[head].rstrip("\t").split("\t")[1:], rows)
     rows = [["" if _missing(cell) else cell for cell in row] for row in rows]
     rate, mm = (
         number(said.get("Frequency", "").replace(",", ".", 1)),

@@ -48,6 +48,12 @@ def number(cell: str) -> float:
     return float(cell)
 
 
+def need_end(lines: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """The last number of a file that ends without a line end has no fewer decimals than all."""
+    decimals = [len(cell.partition(".")[2]) for row in rows for cell in row if "." in cell]
+    need(not lines[-1] or len(decimals) < 2 or decimals[-1] >= min(decimals[:-1]))
+
+
 def whole(text: str) -> int:
     value = number(text)
     need(math.isfinite(value) and value == int(value))
@@ -107,6 +113,7 @@ def trc(raw: bytes, labels: Sequence[str]) -> Values:
     every = titles[2 : 2 + 3 * n : 3]
     need([cell for cell in titles[2:] if cell] == every and len(every) == n)
     rows = [line.split("\t") for line in lines[5:] if line.strip()]
+    need_end(lines, rows)
     axes = cells_of(lines[4])
     need(len(axes) == 3 * n and all(re.fullmatch("[XYZxyz][0-9]*", cell) for cell in axes))
     mm = unit_mm(said.get("Units", ""))
@@ -143,7 +150,9 @@ def motive(raw: bytes, labels: Sequence[str]) -> Values:
     every = names[::3]
     need(names == [name for name in every for _ in range(3)] and len(every) == k)
     rows = [line.split(",") for line in lines[at + 1 :] if line.strip(", ")]
+    need_end(lines, rows)
     rate = number(said.get("Export Frame Rate", ""))
+    need(number(said.get("Capture Frame Rate", "")) > 0)
     found = series(rows, labels, every, rate, unit_mm(said["Length Units"]), True, True)
     need(max(len(rows), found["position_mm"].shape[2]) >= whole(said["Total Exported Frames"]))
     return found
@@ -163,6 +172,7 @@ def nexus(raw: bytes, labels: Sequence[str]) -> Values:
     end = next((i for i, line in enumerate(lines) if i > 4 and not line.strip(", ")), len(lines))
     rows = [line.split(",") for line in lines[5:end]]
     rows = [[row[0], *row[2:]] for row in rows]
+    need_end(lines, rows)
     return series(rows, labels, every, number(lines[1]), unit_mm(units.pop()), True, False)
 
 

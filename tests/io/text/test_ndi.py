@@ -95,6 +95,7 @@ def test_markers_that_were_not_seen(tmp_path, missing):
         ("Beam2 z", "Beam2 y", "line 5: columns 6 and 7 are both 'Beam2 y'"),
         ("\tBeam2 z", "", "line 5: 'Beam2' has the columns x, y, but not z"),
         ("Frame\t", "Row\t", "is not an NDI First Principles export: it has no line Frame"),
+        ("mm\n", "mm\n4\t1\t2\t3\t4\t5\t6\n", "line 4 has numbers above the line Frame"),
     ],
 )
 def test_refused_exports(tmp_path, old, new, said):

@@ -27,14 +27,19 @@ def layout(path: Path) -> Layout:
     """Read the header of an export; refuses what is none or contradicts itself."""
     check_text(path, WHAT)
     fields: dict[str, str] = {}
+    above: list[int] = []
     every_line = lines(path)
     for line in islice(every_line, 20):
         if line.text.startswith("Frame") and line.text[5:6] in ("\t", ",", ";"):
             break
         if told := FIELD.fullmatch(line.text):
             fields.setdefault(told[1].strip(), told[2])
+        elif line.text[:1].isdigit():
+            above.append(line.number)
     else:
         raise Refusal(f"{path.name}: is not {WHAT}: it has no line Frame, A x, A y, A z ...")
+    if above:
+        raise Refusal(f"{path.name}: line {above[0]} has numbers above the line Frame, A x ...")
     delimiter = line.text[5]
     names = line.cells(delimiter)
     while not names[-1]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from mocap_metrology.common.compiled import njit
 from mocap_metrology.common.types import Floats
-from mocap_metrology.noise.allan.variance import REORDER, running_sum
+from mocap_metrology.noise.allan.variance import about_mean, running_sum
 
 MIN_MEANS = 30  # the identification needs that many window means [Riley & Greenhall 2004]
 DIFFERENCING = {"oadev": 2, "mdev": 2, "hdev": 3}  # d of Greenhall & Riley
@@ -37,8 +37,8 @@ def noise_exponents(series: np.ndarray, m: np.ndarray, estimator: str = "oadev")
     needs.) NaN samples are left out of the means, windows without any out of the sum.
     """
     valid = np.isfinite(series)
-    mean = series[valid].mean() if valid.any() else 0.0
-    sums, counts = running_sum(np.where(valid, series - mean, 0.0)), running_sum(valid)
+    sums = running_sum(about_mean(series, valid))
+    counts = np.empty(0) if valid.all() else running_sum(valid)
     exponents = np.zeros(len(m), dtype=np.int64)
     last = None
     for k in np.argsort(m):
@@ -60,33 +60,56 @@ def _departs(exponent: float, last: int, n_means: int) -> bool:
     return abs(exponent - last) > 0.5 + errors * 2 / math.sqrt(n_means)
 
 
-@njit(fastmath=REORDER)
+@njit
 def _lag1_exponent(sums: Floats, counts: Floats, m: int, most: int) -> float:
     """-2 (delta + d), of window means differenced `most` times at most; NaN of too few. sums,
-    counts: running sums (n + 1,) of values and of how many there are."""
+    counts: running sums (n + 1,) of values and of how many there are, the latter empty where none
+    is missing."""
     size = (sums.size - 1) // m
-    x, known = np.empty(size), np.empty(size)
-    for i in range(size):
-        count = counts[(i + 1) * m] - counts[i * m]
-        known[i] = 1.0 if count > 0 else 0.0
-        x[i] = (sums[(i + 1) * m] - sums[i * m]) / (count + (1.0 - known[i]))
     for differences in range(most + 1):
-        n_known, n_pairs = known.sum(), np.dot(known[1:], known[:-1])
+        n_known, n_pairs, total, squares, _ = _moments(sums, counts, m, differences, 0.0)
         if n_known < MIN_MEANS - most or not n_pairs:
             break
-        off = known * (x - x.sum() / n_known)
-        power = np.dot(off, off)
-        if not power > 1e-15 * np.dot(x, x):
+        mean = total / n_known
+        _, _, _, power, products = _moments(sums, counts, m, differences, mean)
+        if not power > 1e-15 * squares:
             break
         # Without gaps, the textbook ratio of sums
-        r1 = np.dot(off[1:], off[:-1]) / power * (x.size - 1) / n_pairs * n_known / x.size
+        length = size - differences
+        r1 = products / power * (length - 1) / n_pairs * n_known / length
         r1 = max(r1, STEEPER)
         delta = r1 / (1 + r1)
         if delta < 0.25 or differences == most:
             return -2 * (delta + differences)
-        known = known[1:] * known[:-1]
-        x = known * (x[1:] - x[:-1])
     return math.nan
+
+
+@njit
+def _moments(
+    sums: Floats, counts: Floats, m: int, differences: int, mean: float
+) -> tuple[int, int, float, float, float]:
+    """Of window means, differenced so many times, less `mean`: how many are known, and how many
+    pairs of neighbours; their sum, that of squares, and of products of neighbours. No arrays, as
+    those of 90 hours need gigabytes."""
+    whole, run, before = counts.size == 0, 0, 0.0
+    n_known, n_pairs, total, squares, products = 0, 0, 0.0, 0.0, 0.0
+    last = np.zeros(differences)
+    for i in range((sums.size - 1) // m):
+        count = float(m) if whole else counts[(i + 1) * m] - counts[i * m]
+        run = run + 1 if count > 0 else 0
+        x = (sums[(i + 1) * m] - sums[i * m]) / max(count, 1.0)
+        for k in range(differences):
+            x, last[k] = x - last[k], x
+        if run > differences:
+            x -= mean
+            n_known += 1
+            total += x
+            squares += x * x
+            if run > differences + 1:
+                n_pairs += 1
+                products += x * before
+            before = x
+    return n_known, n_pairs, total, squares, products
 
 
 def warm_up() -> None:

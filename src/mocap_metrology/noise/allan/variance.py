@@ -87,7 +87,7 @@ def allan_variance(
     # An mdev term spans 3m - 1 samples, the others a whole number of windows
     n_full = np.maximum(series.size - ORDER[estimator] * m + 1 + (estimator == "mdev"), 0)
     valid = np.isfinite(series)
-    centred = np.where(valid, series - (series[valid].mean() if valid.any() else 0.0), 0.0)
+    centred = about_mean(series, valid)
     if valid.all():
         total = sums_without_gaps(centred, m, n_full, estimator)
         n_terms, excess = n_full, np.zeros(m.size)
@@ -98,6 +98,14 @@ def allan_variance(
         left = np.where(total > 0, 1 - excess * n_terms / total, 1.0)
     usable = (n_terms > 0) & (left > 0)
     return AllanVariance(m, np.where(usable, variance, np.nan), n_terms, n_full, left)
+
+
+def about_mean(series: np.ndarray, valid: np.ndarray) -> Floats:
+    """The series (n,) less its mean; 0 where it is not valid (n,)."""
+    known = series if valid.all() else series[valid]
+    centred = series - (known.mean() if known.size else 0.0)
+    centred[~valid] = 0.0
+    return centred
 
 
 def running_sum(series: np.ndarray) -> np.ndarray:

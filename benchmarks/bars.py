@@ -10,12 +10,12 @@ within U of a statement by the other days.
 
 from __future__ import annotations
 
-import sys
 from collections import defaultdict
 from itertools import product
 
 import numpy as np
 
+from benchmarks import arguments
 from mocap_metrology.accuracy.bar import STATISTICS, Certificate, evaluate
 from mocap_metrology.accuracy.clusters import scale_slope
 from mocap_metrology.accuracy.statement import ANY, statements
@@ -115,7 +115,7 @@ def statement_study(rooms: int, dates: int = 5) -> None:
 
 
 if __name__ == "__main__":
-    RUNS = int((*sys.argv[1:], "400")[0])
+    RUNS = arguments(__doc__, runs=400)["runs"]
     passes_study(RUNS)
     scale_study(RUNS // 2)
     statement_study(RUNS // 10)

@@ -9,12 +9,12 @@ Ten setups of five recordings, the case "real noise" of `joint_calibration.py`, 
 from __future__ import annotations
 
 import csv
-import sys
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 
+from benchmarks import arguments
 from benchmarks.joint_calibration import CASES, by_batch, recorded
 from benchmarks.poses import lengths, off
 from mocap_metrology.common.files import write_csv
@@ -105,4 +105,4 @@ def main(table: str, stem: str) -> None:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    main(**arguments(__doc__, table="docs/calibration_bound.csv", stem="docs/calibration_bound"))

@@ -8,14 +8,13 @@ their standard deviations. Recordings are those of joint_calibration.py with rea
 
 from __future__ import annotations
 
-import sys
 import tempfile
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
-from benchmarks import head, line
+from benchmarks import arguments, head, line
 from benchmarks.joint_calibration import lasers_apart, real, rotors
 from benchmarks.poses import decoded, lengths, off
 from mocap_metrology.common.errors import Refusal
@@ -137,4 +136,4 @@ FAULTS: dict[str, Fault] = {
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))
+    main(**arguments(__doc__, setups=10))

@@ -8,10 +8,11 @@ from __future__ import annotations
 import ast
 import io
 import subprocess
-import sys
 import tokenize
 from collections import Counter
 from collections.abc import Iterator
+
+from benchmarks import arguments
 
 SUFFIXES = (".py", ".smk", "Snakefile", ".html", ".css", ".js", ".toml")
 PLACES = ("src", "workflow", "benchmarks", "tests")
@@ -62,7 +63,7 @@ def counts(commit: str) -> tuple[Counter[str], Counter[str]]:
 
 
 if __name__ == "__main__":
-    found = {commit: counts(commit) for commit in sys.argv[1:] or ["HEAD"]}
+    found = {commit: counts(commit) for commit in arguments(__doc__, commits=("HEAD",))["commits"]}
     print("room".ljust(18), *(f"{commit[:12]:>12} {'code':>7}" for commit in found))
     for name in sorted({name for every, _ in found.values() for name in every}):
         cells = (f"{every[name]:12d} {code[name]:7d}" for every, code in found.values())

@@ -9,11 +9,11 @@ deviation). Days are independent, or correlated as a first-order process.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 
 import numpy as np
 
+from benchmarks import arguments
 from mocap_metrology.accuracy.monitor import Chart, WatchLimits, chart, limits, words
 
 JITTER, PLACE, LENGTH = WatchLimits(0.15, 0.06), WatchLimits(0.5, 0.1), WatchLimits(0.2, 0.05)
@@ -110,13 +110,15 @@ def not_capable(n: int, seed: int, baseline: int = 10) -> list[float]:
     ]
 
 
-def main() -> None:
-    n, seed = (int(word) for word in (*sys.argv[1:], "1000", "1")[:2])
-    for name, baseline, correlation, what, found, sign, asked in study(n, seed):
+def main(facilities: int, seed: int) -> None:
+    for name, baseline, correlation, what, found, sign, asked in study(facilities, seed):
         case = f"{name}, {baseline} takes, days correlated by {correlation:g}"
         print(f"{case:62s} {what:14s} {found:6.1f} %  {sign} {asked:g}")
-    print("not capable, jitter, place, length:", *(f"{p:.0f} %" for p in not_capable(n, seed)))
+    print(
+        "not capable, jitter, place, length:",
+        *(f"{p:.0f} %" for p in not_capable(facilities, seed)),
+    )
 
 
 if __name__ == "__main__":
-    main()
+    main(**arguments(__doc__, facilities=1000, seed=1))

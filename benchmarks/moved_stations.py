@@ -21,6 +21,7 @@ from typing import cast
 
 import numpy as np
 
+from benchmarks import arguments
 from benchmarks.lighthouse_recordings import hand
 from benchmarks.poses import decoded
 from mocap_metrology.lighthouse.assess.comparison import Comparison, compare_with_earlier
@@ -141,4 +142,4 @@ def main(setups: int = 100, seconds: float = 8.0, first: int = 0) -> None:
 
 
 if __name__ == "__main__":
-    main(*(kind(value) for kind, value in zip((int, float, int), sys.argv[1:], strict=False)))
+    main(**arguments(__doc__, setups=100, seconds=8.0, first=0))

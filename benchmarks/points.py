@@ -8,12 +8,12 @@ not: python -m benchmarks.points [sets] [seed] (about a minute).
 
 from __future__ import annotations
 
-import sys
 from itertools import product
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from benchmarks import arguments
 from mocap_metrology.accuracy.points import LEAST_SEGMENT, Points, frame_changes
 
 ROOM_MM, NOISE_MM, JUMP_MM = np.array([4000.0, 4000.0, 2000.0]), 0.5, 50.0
@@ -42,22 +42,21 @@ def jumped(rng: np.random.Generator, points: Points, after: int) -> Points:
     return Points(points.places + later[:, None] * moved, points.turns, points.reference)
 
 
-def main() -> None:
-    n, seed = (int(word) for word in (*sys.argv[1:], "100", "1")[:2])
+def main(sets: int, seed: int) -> None:
     print("points  body  distortion  false  found  within one point")
     for size, body, distortion in product((26, 12), (False, True), (2.0, 6.0, 12.0)):
         rng = np.random.default_rng([seed, size, body, int(distortion)])
         false = found = near = 0
-        for _ in range(n):
+        for _ in range(sets):
             points = drawn(rng, size, body, distortion)
             false += bool(frame_changes(points).cuts)
             after = int(rng.integers(LEAST_SEGMENT, size - LEAST_SEGMENT + 1))
             cuts = frame_changes(jumped(rng, points, after)).cuts
             found += bool(cuts)
             near += len(cuts) == 1 and abs(cuts[0] - after) <= 1
-        shares = (f"{count / n:6.0%}" for count in (false, found, near))
+        shares = (f"{count / sets:6.0%}" for count in (false, found, near))
         print(f"{size:6}  {body!s:5}  {distortion:7.0f} mm", *shares)
 
 
 if __name__ == "__main__":
-    main()
+    main(**arguments(__doc__, sets=100, seed=1))

@@ -10,12 +10,11 @@ Crazyflie's and whose lasers are displaced by up to 15 mm. The choice is by `bat
 
 from __future__ import annotations
 
-import sys
 from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 
-from benchmarks import head, line
+from benchmarks import arguments, head, line
 from benchmarks.lighthouse_recordings import flight, hand, listed
 from benchmarks.poses import calibrated, lengths, off
 from mocap_metrology.lighthouse.simulate.recording import SimulatedSweeps
@@ -71,4 +70,4 @@ def main(n: int = 40) -> None:
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))
+    main(**arguments(__doc__, n=40))

@@ -8,12 +8,12 @@ The table has a row a rule and size (`scale.py hours 1 3 9 --csv docs/scale.csv`
 from __future__ import annotations
 
 import csv
-import sys
 from collections import defaultdict
 from pathlib import Path
 
 from matplotlib.axes import Axes
 
+from benchmarks import arguments
 from mocap_metrology.present.plot import figure as plot
 
 KINDS = {
@@ -83,4 +83,5 @@ def _panel(
 
 
 if __name__ == "__main__":
-    plot.save(figure(Path(sys.argv[1])), sys.argv[2])
+    asked = arguments(__doc__, table="docs/scale.csv", stem="docs/scale")
+    plot.save(figure(Path(asked["table"])), asked["stem"])

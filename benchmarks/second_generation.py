@@ -14,12 +14,12 @@ normalised errors, so 1 is the bound; shares of six-dimensional ellipsoids that 
 
 from __future__ import annotations
 
-import sys
 import time
 from dataclasses import replace
 
 import numpy as np
 
+from benchmarks import arguments
 from benchmarks.poses import UNITS, error, held, lengths, mahalanobis, with_zeros
 from mocap_metrology.lighthouse.batch.kernel import HELD
 from mocap_metrology.lighthouse.batch.problem import COVER_M, COVER_SD_M, Priors
@@ -80,8 +80,9 @@ def study(n: int, case: str, runs: int, seconds: float) -> None:
 
 
 if __name__ == "__main__":
-    RUNS = int(sys.argv[1]) if len(sys.argv) > 1 else 40
-    for name in sys.argv[2:] or CASES:
+    asked = arguments(__doc__, runs=40, cases=(*CASES,))
+    RUNS = asked["runs"]
+    for name in asked["cases"]:
         study(2, name, RUNS, 20.0)
         study(4, name, max(RUNS // 2, 2), 20.0)
         study(16, name, max(RUNS // 10, 2), 20.0)

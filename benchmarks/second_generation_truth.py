@@ -22,7 +22,6 @@ import gzip
 import json
 import logging
 import re
-import sys
 import tempfile
 from collections import defaultdict
 from dataclasses import replace
@@ -30,6 +29,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks import arguments
 from benchmarks.poses import error, lengths, mahalanobis
 from benchmarks.second_generation import drawn, zeroed
 from mocap_metrology.calibration.pose import pose
@@ -202,4 +202,5 @@ def _judged(seed: int, with_length: bool, folder: Path) -> tuple[float, float, f
 
 
 if __name__ == "__main__":
-    {"bars": bars, "flights": flights}[sys.argv[1]](int(sys.argv[2]))
+    asked = arguments(__doc__, study="bars", runs=20)
+    {"bars": bars, "flights": flights}[asked["study"]](asked["runs"])

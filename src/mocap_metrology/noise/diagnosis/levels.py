@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import pandas as pd
 
 from mocap_metrology.common.hampel import MAD_TO_SIGMA
 from mocap_metrology.noise.diagnosis.sides import Blocks
@@ -275,6 +274,7 @@ def _scatter(g: np.ndarray) -> tuple[float, float]:
 
 def _contrasts(g: np.ndarray, reach: int) -> list[tuple[int, float]]:
     """(place, p) of every comparison of medians, two-sided p."""
+    import pandas as pd
     from scipy.special import stdtr
 
     scale, dof = _scatter(g)

@@ -135,7 +135,8 @@ def gapped(
     min_coverage: float,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The same of a series with gaps, `valid` (n,) where there are samples: sums, number of terms,
-    and what the gaps add to the mean of the squares (see `variance`), each (k,)."""
+    and what the gaps add to the mean of the squares (see `variance`), each (k,). The series is
+    squared in place: of 90 hours a copy takes 0.3 GB."""
     sums, counts, n_terms = running_sum(series), running_sum(valid), np.zeros(m.size)
     # One sample has no scatter, so a window needs two
     least = np.maximum(np.minimum(m, 2), np.ceil(min_coverage * m)).astype(np.float64)
@@ -145,7 +146,7 @@ def gapped(
     else:
         total = _sum_gapped(sums, counts, m, least, n_full, hadamard, n_terms)
     weights = np.array([1.0, 4.0, 1.0] if hadamard else [1.0, 1.0, 0.0])
-    squares = running_sum(series * series)
+    squares = running_sum(np.square(series, out=series))
     excess = _gap_excess(sums, squares, counts, m, least, n_full, weights)
     # Averaging over m overlapping windows leaves this much of what a single one has
     left = (m**2.0 + 1) / (2 * m**2.0) if modified else 1.0

@@ -1,5 +1,5 @@
-"""Positive definite systems of few unknowns, solved inside compiled loops, and least squares of
-unknowns that are not negative.
+"""Positive definite systems of few unknowns, solved inside compiled loops, least squares of
+unknowns that are not negative, and rotations nearest to matrices.
 
 In a compiled loop a call of LAPACK costs more than the work, and each caller has its own answer to
 a matrix that rounding has made singular: `least`, `relative` and `instead`. A pivot is what is left
@@ -67,3 +67,10 @@ def non_negative(matrix: np.ndarray, target: np.ndarray) -> np.ndarray:
     except RuntimeError:
         x = np.maximum(lsq_linear(scaled, target, (0.0, np.inf)).x, 0.0)
     return np.asarray(x / norm)
+
+
+def nearest_rotation(H: np.ndarray) -> np.ndarray:
+    """Rotations (..., 3, 3) nearest to matrices: greatest trace of R^T H [Kabsch 1978]."""
+    U, _, Vt = np.linalg.svd(H)
+    U[..., 2] *= np.sign(np.linalg.det(U) * np.linalg.det(Vt))[..., None]
+    return U @ Vt

@@ -81,13 +81,6 @@ def error(R_est: np.ndarray, R_true: np.ndarray) -> np.ndarray:
     return log(R_est @ R_true.T)
 
 
-def nearest(H: np.ndarray) -> np.ndarray:
-    """Rotations (..., 3, 3) nearest to matrices: greatest trace of R^T H (Kabsch)."""
-    U, _, Vt = np.linalg.svd(H)
-    U[..., 2] *= np.sign(np.linalg.det(U @ Vt))[..., None]
-    return U @ Vt
-
-
 def mean(rotations: np.ndarray) -> np.ndarray:
     """Robust mean of rotation matrices (n, 3, 3): least sum of angles (Weiszfeld on rotations)."""
     from scipy.spatial.transform import Rotation

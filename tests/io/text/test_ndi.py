@@ -96,6 +96,7 @@ def test_markers_that_were_not_seen(tmp_path, missing):
         ("\tBeam2 z", "", "line 5: 'Beam2' has the columns x, y, but not z"),
         ("Frame\t", "Row\t", "is not an NDI First Principles export: it has no line Frame"),
         ("mm\n", "mm\n4\t1\t2\t3\t4\t5\t6\n", "line 4 has numbers above the line Frame"),
+        ("mm\n", 'mm\n "4"\t1\t2\t3\t4\t5\t6\n', "line 4 has numbers above the line Frame"),
     ],
 )
 def test_refused_exports(tmp_path, old, new, said):

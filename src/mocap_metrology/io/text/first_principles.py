@@ -34,7 +34,7 @@ def layout(path: Path) -> Layout:
             break
         if told := FIELD.fullmatch(line.text):
             fields.setdefault(told[1].strip(), told[2])
-        elif line.text[:1].isdigit():
+        elif line.text.lstrip(' "')[:1].isdigit():
             above.append(line.number)
     else:
         raise Refusal(f"{path.name}: is not {WHAT}: it has no line Frame, A x, A y, A z ...")

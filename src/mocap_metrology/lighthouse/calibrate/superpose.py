@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from mocap_metrology.common.linear import nearest_rotation
 from mocap_metrology.lighthouse.records import Path
 from mocap_metrology.lighthouse.rotation import log
 from mocap_metrology.lighthouse.timing import CYCLE_S
@@ -88,9 +89,7 @@ def kabsch(
     w = np.ones(len(moved)) if weight is None else weight
     w = w / w.sum()
     a, b = w @ moved, w @ fixed
-    U, _, Vt = np.linalg.svd(((moved - a) * w[:, None]).T @ (fixed - b))
-    sign = np.diag([1.0, 1.0, np.sign(np.linalg.det(Vt.T @ U.T))])
-    R = Vt.T @ sign @ U.T
+    R = nearest_rotation(((moved - a) * w[:, None]).T @ (fixed - b)).T
     return R, b - R @ a
 
 

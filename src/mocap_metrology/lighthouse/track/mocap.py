@@ -20,9 +20,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.linear import nearest_rotation
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.calibrate.superpose import jackknife, kabsch
-from mocap_metrology.lighthouse.rotation import exp, log, nearest
+from mocap_metrology.lighthouse.rotation import exp, log
 from mocap_metrology.lighthouse.track.markers import Alignment, Markers, Tracked
 
 BLOCKS = 10
@@ -273,7 +274,7 @@ def _turns(fit: _Fit) -> Floats | None:
         return None
     ours, seen = fit.tracked_m[fit.kept], (fit.residual + fit.tracked_m)[fit.kept]
     ours, seen = (x - x.mean(axis=1, keepdims=True) for x in (ours, seen))
-    return log(nearest(np.einsum("nmi,nmj->nij", seen, ours)))
+    return log(nearest_rotation(np.einsum("nmi,nmj->nij", seen, ours)))
 
 
 def offsets(track: Tracked, seen: Markers, known: np.ndarray) -> list[Alignment]:

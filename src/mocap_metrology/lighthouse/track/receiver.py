@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mocap_metrology.common.errors import Refusal
+from mocap_metrology.common.linear import nearest_rotation
 from mocap_metrology.common.types import Floats
 from mocap_metrology.lighthouse.batch.estimate import Joint, expect_determined
 from mocap_metrology.lighthouse.batch.kernel import POSE, right_jacobians
@@ -28,7 +29,7 @@ from mocap_metrology.lighthouse.calibrate.network import moments
 from mocap_metrology.lighthouse.calibrate.scene import Pose, Scene, faced
 from mocap_metrology.lighthouse.fit.board_pose import by_levenberg_marquardt, well_posed
 from mocap_metrology.lighthouse.records import COVARIANCE_UNITS, ROLES, Hits, Measurements, Path
-from mocap_metrology.lighthouse.rotation import exp, nearest, quaternions
+from mocap_metrology.lighthouse.rotation import exp, quaternions
 from mocap_metrology.lighthouse.rotor import directions, rotor_parameters
 from mocap_metrology.lighthouse.timing import CYCLE_S
 
@@ -104,7 +105,7 @@ def _superposed(
     points = np.where(known[..., None], points, 0.0)
     centre, board_centre = np.einsum("nd,ndi->ni", w, points), w @ board
     H = np.einsum("nd,ndi,ndj->nij", w, points - centre[:, None], board - board_centre[:, None])
-    R = nearest(H)
+    R = nearest_rotation(H)
     return R, centre - np.einsum("nij,nj->ni", R, board_centre)
 
 

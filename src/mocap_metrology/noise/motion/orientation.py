@@ -16,6 +16,7 @@ import numpy as np
 
 from mocap_metrology.common.errors import Refusal
 from mocap_metrology.common.large import Sliced
+from mocap_metrology.common.linear import nearest_rotation
 from mocap_metrology.common.types import Row
 from mocap_metrology.noise.filters import FLAT
 
@@ -140,11 +141,7 @@ def _turned(points: np.ndarray, shape: np.ndarray) -> tuple[np.ndarray, np.ndarr
     p = np.where(seen[:, None, :], points, 0.0)
     p = p - (np.einsum("kf,kaf->af", weight, p) / n_seen)[None]
     s = shape[:, :, None] - (np.einsum("kf,ka->af", weight, shape) / n_seen)[None]
-    h = np.einsum("kf,kaf,kbf->fab", weight, p, s)
-    u, _, vt = np.linalg.svd(h)
-    flip = np.linalg.det(u) * np.linalg.det(vt)
-    u[:, :, 2] *= np.sign(flip)[:, None]
-    r = u @ vt
+    r = nearest_rotation(np.einsum("kf,kaf,kbf->fab", weight, p, s))
     left = np.einsum("kf,kaf->kaf", weight, p - np.einsum("fab,kbf->kaf", r, s))
     residual = np.sqrt((left**2).sum(axis=(0, 1)) / n_seen)
     r[~enough], residual[~enough] = np.nan, np.nan
@@ -165,9 +162,7 @@ def _vectors(turns: Iterable[np.ndarray], n: int) -> np.ndarray:
         # one after the other, so that the sum does not depend on the parts
         total = np.concatenate([total[None], turned[known]]).sum(axis=0)
         vectors[:, part][:, known] = Rotation.from_matrix(turned[known]).as_rotvec().T
-    u, _, vt = np.linalg.svd(total)
-    u[:, 2] *= np.sign(np.linalg.det(u) * np.linalg.det(vt))  # of full turns it is no rotation
-    back = Rotation.from_matrix(u @ vt).inv()
+    back = Rotation.from_matrix(nearest_rotation(total)).inv()  # of full turns it is no rotation
     for part in _chunks(n):
         known = np.isfinite(vectors[0, part])
         rotations = Rotation.from_rotvec(vectors[:, part][:, known].T)
